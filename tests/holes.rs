@@ -2,7 +2,7 @@
 //! land.
 
 use glam::DVec3;
-use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape, Stretch, Traversal};
+use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Stretch, Traversal};
 use icoray_reference::comparison::pixel_error;
 use icoray_reference::ray::Ray;
 use icoray_reference::truth::Truth;
@@ -39,8 +39,7 @@ fn scene(camera: &str, core: &str, precision: &str, size: [u32; 2]) -> Scene {
 fn measure(renderer: &Renderer, grid: &Grid, scene: &Scene) -> (f64, usize) {
     let layers = Layers::new(RADIUS.to_vec(), 1.0).unwrap();
     let values = values(grid);
-    let shape = Shape::level_fastest(grid.cells(), RADIUS.len());
-    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let field = Field::level_fastest(&values, RADIUS.len(), Location::Center).unwrap();
     let frame = renderer.render(scene, grid, &layers, &field).unwrap();
     let truth = Truth::new(grid, &field, &RADIUS, false, scene);
     let pixel = |i: usize| {

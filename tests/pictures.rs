@@ -133,9 +133,7 @@ fn corner_fields_and_full_levels_are_placed() {
         .flat_map(|t| (0..7).map(move |l| (t, l)))
         .map(|(t, l)| (t % 13) as f64 / 13.0 - 0.1 * f64::from(l))
         .collect();
-    let corner =
-        Field::new(corners.as_slice().into(), Shape::level_fastest(grid.triangles(), 7), Location::Corner, None)
-            .unwrap();
+    let corner = Field::level_fastest(&corners, 7, Location::Corner).unwrap();
     let center = CenterField::average(&grid, &corner).unwrap();
     let a = render(&scene, &grid, &sphere.layers, &corner);
     let b = render(&scene, &grid, &sphere.layers.midpoints().unwrap(), &center.field());
@@ -170,9 +168,7 @@ fn scales_and_steps_hold_in_f32() {
     let grid = base.grid().unwrap();
     for (scale, offset) in [(1.0, 0.0), (1e30, 0.0), (1e-30, 0.0), (1.0, 1e6), (1e280, -1e281), (1e-280, 0.0)] {
         let values: Vec<f64> = base.values.iter().map(|v| f64::from(*v) * scale + offset).collect();
-        let field =
-            Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 10), Location::Center, None)
-                .unwrap();
+        let field = Field::level_fastest(&values, 10, Location::Center).unwrap();
         let v = |x: f64| format!("{:e}", x * scale + offset);
         let knots = format!(
             "knots = [ {{ value = {a}, color = \"red\", extinction = 1e6 }}, {{ value = {b}, color = \"red\", extinction = 1e6 }}, \

@@ -2,7 +2,7 @@
 
 use super::{VIEWS, compile_all};
 use icoray::output::write_picture;
-use icoray::{Field, Fields, Grid, IcosahedralMesh, Layers, Location, LonLat, Renderer, Scene, Shape};
+use icoray::{Field, Fields, Grid, IcosahedralMesh, Layers, Location, LonLat, Renderer, Scene};
 use icoray_tests::native::{checked, command, compile_c};
 use icoray_tests::pictures::count_colors;
 use image::RgbaImage;
@@ -76,8 +76,7 @@ fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
 
 /// Columns of four values, level-fastest.
 fn field(values: &[f32], location: Location) -> Field<'_> {
-    let shape = Shape::level_fastest(values.len() / 4, 4);
-    Field::new(values.into(), shape, location, None).unwrap()
+    Field::level_fastest(values, 4, location).unwrap()
 }
 
 /// The picture of `pictures_fields.c`, drawn without the ABI.

@@ -7,11 +7,10 @@ use icoray_test_support::{Random, count};
 use icoray_tests::native::text;
 use serde_json::Value;
 use std::collections::BTreeSet;
-use std::fs;
 use std::io::Write;
 use std::net::TcpStream;
 use std::path::Path;
-use std::thread;
+use std::{fs, thread};
 
 /// Keys that random requests set, and values of which each key takes some.
 const PATHS: &str = "field camera.lon camera.distance transfer.map transfer.range surfaces.0 surfaces.0.layer \

@@ -4,12 +4,11 @@ use super::pixels;
 use icoray_test_support::PATIENCE;
 use icoray_tests::native::text;
 use serde_json::Value;
-use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
-use std::thread;
+use std::{fs, thread};
 
 /// An answer of the page's server.
 pub struct Answer {

@@ -1,9 +1,9 @@
 //! The context behind a handle: inputs, scene, frames in progress, ranks.
 
-use crate::borrow::argument;
+use crate::borrow::{Versioned, argument};
 use crate::boundary::{Failure, Outcome};
 use crate::drawing::Drawing;
-use crate::types::{icoray_config, icoray_frame_report, icoray_status};
+use crate::types::{icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
 use icoray_core::output::Stamp;
 use icoray_core::{Description, Grid, GridTables, Layers, LonLat, OwnedTables, Ranks, Script, View};
 use std::collections::BTreeSet;
@@ -24,7 +24,7 @@ mod scene;
 mod test_array;
 
 pub(crate) use collective::PartInput;
-use inputs::{ArrayInput, GivenArray, GridInput, Inputs, missing};
+use inputs::{ArrayInput, GridInput, Inputs, missing};
 use levels::TimeLevels;
 use live::Viewers;
 use refusals::Input;
@@ -175,10 +175,18 @@ impl Context {
         Ok(())
     }
 
-    /// Sets a field by the C function `call`.
-    pub fn set_field<A: GivenArray>(&mut self, call: &str, field: &str, array: Outcome<&A>) -> Outcome<()> {
-        let given = array.and_then(|array| self.array_input(call, array));
-        let kept = self.inputs.refusals.keep(Input::Field, field, given);
+    /// Checks everything but the values of an array.
+    pub fn array_input(&self, array: &icoray_array) -> Outcome<ArrayInput> {
+        ArrayInput::new(array, icoray_array::NAME, self.is_shared())
+    }
+
+    /// As [`Self::array_input`], for the dimensions of an array that the C function `call` sets.
+    pub fn ndarray_input(&self, call: &str, array: &icoray_ndarray) -> Outcome<ArrayInput> {
+        ArrayInput::new(&self.inputs.flat(call, array)?, icoray_ndarray::NAME, self.is_shared())
+    }
+
+    pub fn set_field(&mut self, field: &str, array: Outcome<ArrayInput>) -> Outcome<()> {
+        let kept = self.inputs.refusals.keep(Input::Field, field, array);
         let given = kept.map_err(|f| f.within(format_args!("field {field:?}")))?;
         if field.is_empty() {
             return Err(argument("name: \"\", expected the name that scenes use".into()));
@@ -189,14 +197,9 @@ impl Context {
         Ok(())
     }
 
-    fn array_input<A: GivenArray>(&self, call: &str, array: &A) -> Outcome<ArrayInput> {
-        ArrayInput::new(&array.flat(&self.inputs, call)?, A::NAME, self.is_shared())
-    }
-
-    /// Sets the heights of layers over cells or corners by the C function `call`; `None` removes them.
-    pub fn set_heights<A: GivenArray>(&mut self, call: &str, array: Outcome<Option<&A>>) -> Outcome<()> {
-        let given = array.and_then(|array| array.map(|array| self.array_input(call, array)).transpose());
-        let kept = self.inputs.refusals.keep(Input::Heights, "", given);
+    /// Sets the heights of layers over cells or corners; `None` removes them.
+    pub fn set_heights(&mut self, array: Outcome<Option<ArrayInput>>) -> Outcome<()> {
+        let kept = self.inputs.refusals.keep(Input::Heights, "", array);
         self.inputs.heights = kept.map_err(|f| f.within("heights"))?;
         Ok(())
     }

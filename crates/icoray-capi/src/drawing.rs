@@ -2,7 +2,6 @@
 
 use crate::borrow::config_error;
 use crate::boundary::{Failure, Outcome};
-use crate::frame_inputs::FrameInputs;
 use crate::host::without_signals;
 use crate::log::{Level, Log};
 use crate::memory;
@@ -10,7 +9,8 @@ use crate::policy::Policy;
 use crate::types::{icoray_config, icoray_frame_report, icoray_status};
 use icoray_core::output::{Stamp, Writer};
 use icoray_core::{
-    Backend, Background, Error, Fields, Frame, FrameReport, FrameSetup, Job, Quality, Ranks, Renderer, Scene, Script,
+    Backend, Background, Error, Frame, FrameInputs, FrameReport, FrameSetup, Quality, Ranks, Rendered, Renderer, Scene,
+    Script,
 };
 use std::sync::Arc;
 use std::thread::{ThreadId, current};
@@ -165,11 +165,11 @@ impl Drawing {
     }
 
     /// Keeps what a frame costs, if that is asked for.
-    fn record_cost(&mut self, view: Option<&str>, stamp: &Stamp, report: &FrameReport) {
+    fn record_cost(&mut self, view: &str, stamp: &Stamp, report: &FrameReport) {
         let Some(costs) = &mut self.costs else { return };
         let timing = &report.timing;
         costs.push(PictureCost {
-            view: view.unwrap_or_default().to_owned(),
+            view: view.to_owned(),
             step: stamp.step,
             ms: 1e3 * (timing.copy_s + timing.prepare_s + timing.render_s),
             is_coarsest: report.quality.pixel_step >= Quality::LARGEST_STEP,
@@ -182,8 +182,9 @@ impl Drawing {
         self.note = Some(note);
     }
 
-    fn notes(&self, view: String) -> impl Iterator<Item = Note> {
-        notes(view, self.note.as_ref())
+    /// The note in all pictures from now on, if any.
+    pub fn note(&self) -> Option<Note> {
+        self.note.clone()
     }
 
     /// Checks that pictures can be written to the output directory. For the writing rank.
@@ -236,19 +237,21 @@ impl Drawing {
         Ok(())
     }
 
-    /// Renders a frame, or this rank's share of it, and queues it for the writer.
-    pub fn draw(&mut self, ranks: &mut Ranks, stamp: &Stamp, frame_inputs: FrameInputs) -> Outcome<()> {
-        self.devices.is_asked = frame_inputs.setup.scene.backend == Backend::Gpu;
-        if !ranks.is_alone() {
-            return self.draw_collective(ranks, stamp, frame_inputs);
+    /// Renders a frame, or this rank's share of it, and queues it for the writer. Collective; the outcome is equal on all
+    /// ranks.
+    pub fn draw(&mut self, ranks: &mut Ranks, FrameInputs { setup, fields }: FrameInputs) -> Outcome<()> {
+        self.devices.is_asked = setup.scene.backend == Backend::Gpu;
+        match self.renderer.render_decomposed(ranks, &setup.scene, setup.distributed_grid(), fields)? {
+            Rendered::Here(mut frame) => {
+                setup.describe(&mut frame);
+                self.submit_to_writer(frame, &setup);
+            }
+            Rendered::AtRoot(report) => {
+                self.devices.log_frame(&setup.stamp, &report, &self.log);
+                self.log_details(&setup.stamp, &report);
+                self.record_frame(&setup.stamp, report);
+            }
         }
-        // A lone process has the whole grid and fields.
-        let FrameInputs { view, setup: FrameSetup { scene, grid, layers, descriptions, .. }, fields, .. } =
-            frame_inputs;
-        let mut frame = self.renderer.render(&scene, &grid, &layers, fields)?;
-        frame.descriptions = descriptions;
-        frame.notes.extend(self.notes(view));
-        self.submit_to_writer(frame, &scene, stamp);
         Ok(())
     }
 
@@ -262,19 +265,13 @@ impl Drawing {
         let (Some(background), false) = (&mut self.background, frames.is_empty()) else {
             return Ok(Vec::new());
         };
-        self.devices.is_asked = frames.iter().any(|frame_inputs| frame_inputs.setup.scene.backend == Backend::Gpu);
-        let (mut jobs, mut views, mut all) = (Vec::new(), Vec::new(), Fields::default());
-        for FrameInputs { view, setup, fields, .. } in frames {
-            all = all.with(fields);
-            views.push(view.clone());
-            let (stamp, notes) = (stamp.clone(), notes(view, self.note.as_ref()).collect());
-            jobs.push(Job { setup, stamp, notes });
-        }
-        let (count, mut refused) = (jobs.len(), Vec::new());
-        let accepted = background.submit_all(ranks, jobs, all, &mut refused);
+        self.devices.is_asked = frames.iter().any(|frame| frame.setup.scene.backend == Backend::Gpu);
+        let views: Vec<String> = frames.iter().map(|frame| frame.setup.view.clone()).collect();
+        let mut refused = Vec::new();
+        let accepted = background.submit(ranks, frames, &mut refused);
         // The previous frames are complete; their cost is recorded before that of these replaces it.
         self.collect();
-        if refused.len() < count {
+        if refused.len() < views.len() {
             accepted.map_err(|error| Failure::from(error).at_step(stamp.step))?;
             self.submitted_step = Some(SubmittedStep { step: stamp.step, host_s: 0.0 });
             self.is_new_call = false;
@@ -292,17 +289,21 @@ impl Drawing {
     }
 
     /// Submits a rendered frame to the writer.
-    fn submit_to_writer(&mut self, frame: Frame, scene: &Scene, stamp: &Stamp) {
+    fn submit_to_writer(&mut self, frame: Frame, FrameSetup { view, scene, stamp, .. }: &FrameSetup) {
         let mut report = frame.report.clone();
-        self.devices.log_frame(stamp, &report, &self.log);
-        let view = frame.notes.iter().find(|(key, _)| *key == "view").map(|(_, view)| view.as_str());
-        self.errors.log_frame(view, stamp, &report, &self.log);
-        self.record_cost(view, stamp, &report);
-        self.log_details(stamp, &report);
+        self.log_picture(view, stamp, &report);
         let submitted = self.writer.submit(frame, scene.output.clone(), stamp.clone());
         report.timing.waited_s = submitted.waited_s;
         self.record_dropped(submitted.dropped.as_ref());
         self.record_frame(stamp, report);
+    }
+
+    /// Logs what a rendered picture reports, and keeps its cost if that is asked for.
+    fn log_picture(&mut self, view: &str, stamp: &Stamp, report: &FrameReport) {
+        self.devices.log_frame(stamp, report, &self.log);
+        self.errors.log_frame(view, stamp, report, &self.log);
+        self.record_cost(view, stamp, report);
+        self.log_details(stamp, report);
     }
 
     /// Records a rendered frame of this call.
@@ -346,10 +347,7 @@ impl Drawing {
                 }
                 match drawn.result {
                     Ok(report) => {
-                        self.devices.log_frame(&drawn.stamp, &report, &self.log);
-                        self.errors.log_frame(drawn.view.as_deref(), &drawn.stamp, &report, &self.log);
-                        self.record_cost(drawn.view.as_deref(), &drawn.stamp, &report);
-                        self.log_details(&drawn.stamp, &report);
+                        self.log_picture(&drawn.view, &drawn.stamp, &report);
                         self.host.add(&report);
                         self.last = Some((drawn.stamp, report));
                     }
@@ -438,10 +436,4 @@ impl Drawing {
         self.host.bytes_peak = memory::peak();
         Ok(icoray_frame_report::of(stamp, report, &self.host))
     }
-}
-
-/// Notes in a picture's file: its view's name, and what is noted in all pictures.
-fn notes(view: String, other: Option<&Note>) -> impl Iterator<Item = Note> {
-    let view = (!view.is_empty()).then_some(("view", view));
-    view.into_iter().chain(other.cloned())
 }

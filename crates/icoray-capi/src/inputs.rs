@@ -146,7 +146,13 @@ pub unsafe extern "C" fn icoray_field_set(
     array: *const icoray_array,
 ) -> icoray_status {
     // SAFETY: passed on.
-    unsafe { with(ctx, |context| context.set_field("icoray_field_set", text(name, "name")?, sized(array))) }
+    unsafe {
+        with(ctx, |context| {
+            let name = text(name, "name")?;
+            let array = sized(array).and_then(|array| context.array_input(array));
+            context.set_field(name, array)
+        })
+    }
 }
 
 /// As icoray_field_set, for an array given by its dimensions: which of them are layers and which are columns is found
@@ -162,7 +168,13 @@ pub unsafe extern "C" fn icoray_field_set_ndarray(
     array: *const icoray_ndarray,
 ) -> icoray_status {
     // SAFETY: passed on.
-    unsafe { with(ctx, |context| context.set_field("icoray_field_set_ndarray", text(name, "name")?, sized(array))) }
+    unsafe {
+        with(ctx, |context| {
+            let name = text(name, "name")?;
+            let array = sized(array).and_then(|array| context.ndarray_input("icoray_field_set_ndarray", array));
+            context.set_field(name, array)
+        })
+    }
 }
 
 /// Sets the heights of layers that differ from column to column (terrain, a sea floor): metres above the planet's
@@ -185,8 +197,8 @@ pub unsafe extern "C" fn icoray_heights_set(ctx: *mut icoray_ctx, heights: *cons
     // SAFETY: passed on.
     unsafe {
         with(ctx, |context| {
-            let heights = if heights.is_null() { Ok(None) } else { sized(heights).map(Some) };
-            context.set_heights("icoray_heights_set", heights)
+            let array = (!heights.is_null()).then(|| sized(heights).and_then(|array| context.array_input(array)));
+            context.set_heights(array.transpose())
         })
     }
 }
@@ -204,8 +216,9 @@ pub unsafe extern "C" fn icoray_heights_set_ndarray(
     // SAFETY: passed on.
     unsafe {
         with(ctx, |context| {
-            let heights = if heights.is_null() { Ok(None) } else { sized(heights).map(Some) };
-            context.set_heights("icoray_heights_set_ndarray", heights)
+            let input = |array| context.ndarray_input("icoray_heights_set_ndarray", array);
+            let array = (!heights.is_null()).then(|| sized(heights).and_then(input));
+            context.set_heights(array.transpose())
         })
     }
 }

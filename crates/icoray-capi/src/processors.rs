@@ -39,19 +39,14 @@ fn mask() -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icoray_core::ranks::local_team;
+    use icoray_core::ranks::on_local_nodes;
 
     #[test]
     fn ranks_of_a_node_share_its_processors() {
         let all = available_parallelism().unwrap().get();
         assert_eq!(share(&mut Ranks::alone()).unwrap(), all);
         for size in [1, 2, 3, 2 * all] {
-            let of_each = std::thread::scope(|threads| {
-                let share = |team| share(&mut Ranks::new(Box::new(team))).unwrap();
-                let each: Vec<_> =
-                    local_team(size).into_iter().map(|team| threads.spawn(move || share(team))).collect();
-                each.into_iter().map(|rank| rank.join().unwrap()).collect::<Vec<_>>()
-            });
+            let of_each = on_local_nodes(&vec![0; size], |team| share(&mut Ranks::new(Box::new(team))).unwrap());
             assert_eq!(of_each, vec![(all / size).max(1); size]);
         }
         let allowed: usize = mask().iter().map(|byte| byte.count_ones() as usize).sum();

@@ -1,7 +1,6 @@
 //! Errors of commands.
 
-use std::fmt;
-use std::io;
+use std::{fmt, io};
 
 /// The result of a command.
 pub type CommandResult<T = ()> = Result<T, Failure>;

@@ -11,11 +11,10 @@
 use crate::input::Input;
 use icoray::{Error, ErrorKind, Result};
 use icoray_netcdf::{Outline, end_process, watch_calls};
-use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, ExitStatus, Output, Stdio};
-use std::thread;
 use std::time::Duration;
+use std::{io, thread};
 
 /// The variable that HDF5 asks whether to lock files.
 const LOCKING: &str = "HDF5_USE_FILE_LOCKING";

@@ -1,15 +1,13 @@
 //! `icoray plan`: prints what a scene reads and leaves out.
 
 use crate::failure::CommandResult;
-use crate::gpu;
-use crate::input;
 use crate::render::Args;
 use crate::selection::Opened;
 use crate::suggested::Scenes;
+use crate::{gpu, input};
 use icoray::memory::{available, readable};
 use icoray::{Condition, Grid, Heights, Plan, Renderer, SamplingReport, Scene, Shot, View};
-use icoray_dataset::Dataset;
-use icoray_dataset::Layering;
+use icoray_dataset::{Dataset, Layering};
 use icoray_progress::Progress;
 use std::collections::HashSet;
 use std::io::Write;

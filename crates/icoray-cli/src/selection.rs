@@ -5,8 +5,7 @@ use crate::input::{self, Input, LayerOption};
 use crate::overrides::Overrides;
 use crate::scene_options::SceneOptions;
 use icoray::{Renderer, Result, Script};
-use icoray_dataset::Dataset;
-use icoray_dataset::TimeSelection;
+use icoray_dataset::{Dataset, TimeSelection};
 use icoray_progress::Progress;
 use std::path::Path;
 

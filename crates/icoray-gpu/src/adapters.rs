@@ -3,10 +3,9 @@
 use crate::instance::{instance, keep};
 use icoray::Adapter;
 use icoray::device::{DeviceRequest, FallbackReason};
-use std::fmt;
-use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
+use std::{fmt, fs};
 
 /// Prefixes of the names of GPU device nodes: NVIDIA's own driver, Windows' below Linux, Adreno, Mali.
 const NODES: [&str; 4] = ["nvidia", "dxg", "kgsl", "mali"];

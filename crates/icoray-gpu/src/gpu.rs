@@ -162,7 +162,7 @@ impl Device for Gpu {
 #[cfg(test)]
 mod tests {
     use crate::Gpu;
-    use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+    use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene};
     use icoray_test_support::{Need, skip_because};
     use std::sync::Arc;
 
@@ -177,8 +177,7 @@ mod tests {
         let grid = Grid::new(tables.tables()).unwrap();
         let layers = Layers::new(vec![1.0, 1.1, 1.2], 1.0).unwrap();
         let values: Vec<f32> = (0..3 * grid.cells()).map(|i| (i % 7) as f32 / 7.0).collect();
-        let shape = Shape::level_fastest(grid.cells(), 3);
-        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let field = Field::level_fastest(&values, 3, Location::Center).unwrap();
         let scene = Scene::parse(
             "field = \"f\"\n[image]\nwidth = 24\nheight = 24\n[camera]\nlon = 30\nlat = 25\ndistance = 3\nfov = 50\n\
              [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.2], [1, 0.8]]\n",

@@ -3,8 +3,7 @@
 use icoray::device::FallbackReason;
 use std::ffi::CStr;
 use std::sync::OnceLock;
-use wgpu::hal::vulkan;
-use wgpu::hal::{InstanceDescriptor, api::Vulkan};
+use wgpu::hal::{InstanceDescriptor, api::Vulkan, vulkan};
 
 /// Window-system extensions, which wgpu requests by default. With them Mesa connects to a display, possibly over a
 /// network, and libwayland prints an error if there is none.

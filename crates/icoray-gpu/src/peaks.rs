@@ -1,11 +1,10 @@
 //! Peak rates of a device, measured; frame times are compared with them.
 
-use crate::bindings;
 use crate::context::Context;
 use crate::pipelines::{compile, dispatch};
 use crate::readback::Readback;
-use crate::shader;
 use crate::timestamps::Timestamps;
+use crate::{bindings, shader};
 use icoray::device::FallbackReason;
 use std::time::Instant;
 use wgpu::BufferUsages;

@@ -81,6 +81,17 @@ impl<'a> Field<'a> {
         Ok(Field { samples, shape, elements, location, fill, number })
     }
 
+    /// Wraps all of `samples`, level-fastest, without a mark of missing values: the columns behind each other, each of
+    /// `layers` values.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn level_fastest(samples: impl Into<Reals<'a>>, layers: usize, location: Location) -> Result<Self> {
+        let samples = samples.into();
+        let columns = samples.len().checked_div(layers).unwrap_or(0);
+        Self::new(samples, Shape::level_fastest(columns, layers), location, None)
+    }
+
     /// Repeats the values of a 2D field, which has one layer, on each of `layers`; other fields are returned unchanged.
     #[must_use]
     pub fn on_layers(self, layers: usize) -> Self {
@@ -289,8 +300,7 @@ mod tests {
         let (cells, layers) = (3, 2);
         let level: Vec<f64> = (0..6).map(f64::from).collect();
         let cell: Vec<f64> = [0.0, 2.0, 4.0, 1.0, 3.0, 5.0].to_vec();
-        let a =
-            Field::new(level.as_slice().into(), Shape::level_fastest(cells, layers), Location::Center, None).unwrap();
+        let a = Field::level_fastest(&level, layers, Location::Center).unwrap();
         let b = Field::new(cell.as_slice().into(), Shape::cell_fastest(cells, layers), Location::Center, None).unwrap();
         for c in 0..cells {
             for l in 0..layers {

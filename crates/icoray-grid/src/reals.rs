@@ -48,6 +48,18 @@ impl<'a> From<&'a [f64]> for Reals<'a> {
     }
 }
 
+impl<'a> From<&'a Vec<f32>> for Reals<'a> {
+    fn from(v: &'a Vec<f32>) -> Self {
+        Reals::F32(v)
+    }
+}
+
+impl<'a> From<&'a Vec<f64>> for Reals<'a> {
+    fn from(v: &'a Vec<f64>) -> Self {
+        Reals::F64(v)
+    }
+}
+
 /// An owned array of real numbers in either precision.
 #[derive(Debug, Clone, PartialEq)]
 pub enum OwnedReals {

@@ -123,13 +123,13 @@ impl Probe {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icoray::{Field, Location, Ranks, Renderer, Shape};
+    use icoray::{Field, Location, Ranks, Renderer};
 
     #[test]
     fn a_histogram_counts_each_value_once() {
         let mut values: Vec<f32> = (0..1000).map(|i| i as f32).collect();
         values[17] = f32::NAN;
-        let field = Field::new(values.as_slice().into(), Shape::level_fastest(500, 2), Location::Center, None).unwrap();
+        let field = Field::level_fastest(&values, 2, Location::Center).unwrap();
         let renderer = Renderer::new(1).unwrap();
         let found = renderer.histogram(&mut Ranks::alone(), &field, None, Histogram::FINE_BINS).unwrap();
         let histogram = Histogram::new("q", None, found);

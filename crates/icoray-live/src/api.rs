@@ -1,11 +1,10 @@
 //! Answers the requests of the page.
 
 use crate::describe::{Description, hex};
-use crate::guard;
 use crate::hub::{Hub, Look, Question, Reply};
-use crate::page;
 use crate::picture::Picture;
 use crate::session::{ChangeRequest, Session};
+use crate::{guard, page};
 use http_body_util::{BodyExt, Full, Limited};
 use hyper::body::{Bytes, Incoming};
 use hyper::header::{self, HeaderValue};

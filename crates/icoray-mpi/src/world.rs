@@ -3,10 +3,9 @@
 use crate::error::failed;
 use crate::{MpiTeam, team};
 use icoray::Result;
-use mpi::Threading;
 use mpi::environment::Universe;
-use mpi::ffi;
 use mpi::traits::AsRaw;
+use mpi::{Threading, ffi};
 
 /// MPI, initialised by this program and finalised on drop; teams must be dropped before.
 pub struct World {

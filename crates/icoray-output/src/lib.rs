@@ -23,10 +23,9 @@ pub use animation::{Animated, write_animation};
 pub use atomic::{Existing, write_text};
 pub use error_map::{write_error_map, write_error_map_with};
 pub use exr_file::exr_bytes;
-pub use frame::figures;
 pub use frame::{
     CellsPerPixel, Certainty, Colors, DeviceReport, ErrorSummary, Frame, FrameReport, Legend, RanksReport,
-    SamplingError, SamplingReport, Sharing, Timing,
+    SamplingError, SamplingReport, Sharing, Timing, figures,
 };
 pub use label::{Mask, printed_units};
 pub use outcomes::{Outcome, Outcomes};

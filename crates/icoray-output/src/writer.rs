@@ -8,9 +8,9 @@
 //! The reserved names and the outcomes are one state behind one lock, which no thread keeps while it writes a file or
 //! blocks a caller.
 
-use super::lists::IndexFile;
+use super::lists::{self, IndexFile};
 use super::outcomes::{Outcome, Outcomes};
-use super::{atomic, folder, lists, report};
+use super::{atomic, folder, report};
 use crate::atomic::Existing;
 use crate::frame::Frame;
 use crate::path::io_error;

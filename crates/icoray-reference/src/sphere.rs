@@ -3,8 +3,7 @@
 use crate::job::Job;
 use crate::shading::direction;
 use glam::DVec3;
-use icoray::memory;
-use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Result, Scene, Shape};
+use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Result, Scene, memory};
 use rayon::prelude::*;
 
 /// A mesh, layers and a level-fastest f32 field on them.
@@ -64,8 +63,7 @@ impl Sphere {
     /// # Errors
     /// As [`Field::new`].
     pub fn field(&self) -> Result<Field<'_>> {
-        let shape = Shape::level_fastest(self.mesh.cells(), self.layers.count());
-        Field::new(self.values.as_slice().into(), shape, Location::Center, None)
+        Field::level_fastest(&self.values, self.layers.count(), Location::Center)
     }
 
     /// Heights of layers that follow mountains and get even upwards, level-fastest.

@@ -8,7 +8,7 @@ use crate::results::{Table, make_directory, progress, say, threads, write_file};
 use crate::scenes::multi_scale;
 use benchmark::{Benchmark, Row, Setting};
 use icoray::device::Device;
-use icoray::{Error, ErrorKind, Field, Location, Renderer, Result, Shape};
+use icoray::{Error, ErrorKind, Field, Location, Renderer, Result};
 use icoray_gpu::Gpu;
 use icoray_reference::sphere::{self, Sphere};
 use std::io::Write;
@@ -107,8 +107,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     )?;
     let mut values = sphere.values.clone();
     values[0] = values[0].next_up();
-    let shape = Shape::level_fastest(grid.cells(), layers);
-    let other = Field::new(values.as_slice().into(), shape, Location::Center, None)?;
+    let other = Field::level_fastest(&values, layers, Location::Center)?;
     let benchmark = Benchmark {
         grid: &grid,
         layers: &sphere.layers,

@@ -7,7 +7,7 @@ use divan::{Bencher, black_box};
 use glam::DVec3;
 use icoray::device::Span;
 use icoray::device::mirror::{self, light::AlongRay};
-use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Method, Renderer, Scene, Shape, Stretch, Traversal};
+use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Method, Renderer, Scene, Stretch, Traversal};
 use std::ops::ControlFlow;
 use std::sync::LazyLock;
 
@@ -37,8 +37,7 @@ fn radii(count: usize) -> Vec<f64> {
 }
 
 fn field() -> Field<'static> {
-    let shape = Shape::level_fastest(GRID.cells(), LAYERS);
-    Field::new(VALUES.as_slice().into(), shape, Location::Center, None).unwrap()
+    Field::level_fastest(VALUES.as_slice(), LAYERS, Location::Center).unwrap()
 }
 
 /// Counts the frusta that a row of rays meets in front of the core; the first one is searched from `hint`.

@@ -8,7 +8,6 @@
 //! Several ranks can render a frame together in the background ([`Background::over`]). Their drawing threads do not
 //! call the transport: the model's thread moves messages in each call.
 
-use crate::fields::Fields;
 use crate::ranks::{MessagePump, Ranks, pumped};
 use crate::render::{Rendered, Renderer};
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded};
@@ -23,13 +22,13 @@ use std::thread::{Builder, JoinHandle};
 use std::time::Instant;
 
 mod copies;
-mod job;
+mod frame_inputs;
 
-use copies::{Copies, check_gathered, needed};
-pub use job::{Accepted, Drawn, FrameSetup, Job};
+use copies::Copies;
+pub use frame_inputs::{Accepted, Drawn, FrameInputs, FrameSetup};
 
-/// The jobs of a step, the copies that they are drawn from, and the cost of submitting them.
-type Step = (Vec<Job>, Copies, Accepted);
+/// The frames of a step, the copies that they are drawn from, and the cost of submitting them.
+type Step = (Vec<FrameSetup>, Copies, Accepted);
 
 /// A thread that draws. Dropping it finishes the frames that are being drawn; frames of several ranks fail instead, so
 /// call [`Self::wait`] first.
@@ -38,7 +37,7 @@ pub struct Background {
     renderer: Arc<Renderer>,
     writer: Arc<Writer>,
     /// `None` only while it is dropped, which ends the thread.
-    jobs: Option<Sender<Step>>,
+    steps: Option<Sender<Step>>,
     drawn: Receiver<(Vec<Drawn>, Copies)>,
     thread: Option<JoinHandle<()>>,
     /// Whether the thread has a step.
@@ -68,8 +67,8 @@ impl Background {
     /// ranks' team has no messages of its own for this, [`ErrorKind::Mpi`] when the transport fails.
     pub fn over(ranks: &mut Ranks, renderer: Arc<Renderer>, writer: Arc<Writer>) -> Result<Self> {
         let (with, to) = (Arc::clone(&renderer), Arc::clone(&writer));
-        let draw = move |ranks: &mut Ranks, job: Job, copies: &Copies, accepted| {
-            draw(&with, ranks, &to, job, copies, accepted)
+        let draw = move |ranks: &mut Ranks, setup: FrameSetup, copies: &Copies, accepted| {
+            draw(&with, ranks, &to, setup, copies, accepted)
         };
         let (others, pump) = match ranks.point_to_point()? {
             Some(messages) => {
@@ -88,17 +87,19 @@ impl Background {
         writer: Arc<Writer>,
         mut ranks: Ranks,
         pump: Option<MessagePump>,
-        mut draw: impl FnMut(&mut Ranks, Job, &Copies, Accepted) -> Result<(FrameReport, Option<Stamp>)> + Send + 'static,
+        mut draw: impl FnMut(&mut Ranks, FrameSetup, &Copies, Accepted) -> Result<(FrameReport, Option<Stamp>)>
+        + Send
+        + 'static,
     ) -> Result<Self> {
-        let (jobs, todo) = bounded::<Step>(1);
+        let (steps, todo) = bounded::<Step>(1);
         let (done, drawn) = bounded(1);
         let work = move || {
-            for (jobs, copies, accepted) in todo {
+            for (frames, copies, accepted) in todo {
                 // The first frame that is drawn reports the cost of the step.
-                let (mut cost, mut all) = (accepted, Vec::with_capacity(jobs.len()));
-                for job in jobs {
+                let (mut cost, mut all) = (accepted, Vec::with_capacity(frames.len()));
+                for setup in frames {
                     let is_first = all.is_empty();
-                    let drawn = attempt(&mut ranks, job, is_first, |ranks, job| draw(ranks, job, &copies, cost));
+                    let drawn = attempt(&mut ranks, setup, is_first, |ranks, setup| draw(ranks, setup, &copies, cost));
                     if drawn.result.is_ok() {
                         cost = Accepted::default();
                     }
@@ -113,7 +114,7 @@ impl Background {
         Ok(Background {
             renderer,
             writer,
-            jobs: Some(jobs),
+            steps: Some(steps),
             drawn,
             thread: Some(thread),
             is_busy: false,
@@ -124,81 +125,68 @@ impl Background {
         })
     }
 
-    /// Submits a frame, as [`Self::submit_all`] does.
+    /// Submits the frames of a step: waits for the previous frames, copies those of their fields that the scenes need,
+    /// each once by its name, on the renderer's threads, and returns; the fields may then change. A frame with an error
+    /// is refused: its number and its error are appended to `refused`; it is left out and has no outcome. Without a
+    /// frame that passes, nothing is copied.
     ///
-    /// # Errors
-    /// Those of [`Self::submit_all`], and the error for which the job was refused.
-    pub fn submit<'f>(&mut self, job: Job, fields: impl Into<Fields<'f>>) -> Result<Accepted> {
-        let mut refused = Vec::new();
-        let accepted = self.submit_all(&mut Ranks::alone(), vec![job], fields, &mut refused)?;
-        refused.pop().map_or(Ok(accepted), |(_, error)| Err(error))
-    }
-
-    /// Submits the frames of a step: waits for the previous frames, copies those of `fields` that any of the scenes
-    /// needs, each once, on the renderer's threads, and returns; the fields may then change. A job with an error is
-    /// refused: its number and its error are appended to `refused`; its frame is left out and has no outcome. Without a
-    /// job that passes, nothing is copied.
+    /// `ranks` are those of [`Self::over`], all of which submit the same frames together: collective, and all ranks
+    /// refuse the same frames.
     ///
-    /// `ranks` are those of [`Self::over`], all of which submit the same jobs together: collective, and all ranks
-    /// refuse the same jobs.
-    ///
-    /// The errors of a job are those of [`Plan::new`](crate::plan::Plan::new), [`Writer::check`] and [`Fields::get`],
+    /// The errors of a frame are those of [`Plan::new`](crate::plan::Plan::new), [`Writer::check`] and [`Fields::get`],
     /// and [`ErrorKind::Field`] where a scene needs heights and there are none.
     ///
     /// # Errors
     /// [`ErrorKind::Internal`] when the thread is gone; [`ErrorKind::Mpi`] when ranks cannot be reached.
-    pub fn submit_all<'f>(
+    ///
+    /// [`Fields::get`]: crate::Fields::get
+    pub fn submit(
         &mut self,
         ranks: &mut Ranks,
-        jobs: Vec<Job>,
-        fields: impl Into<Fields<'f>>,
+        frames: Vec<FrameInputs>,
         refused: &mut Vec<(usize, Error)>,
     ) -> Result<Accepted> {
-        let fields = fields.into();
-        let mut accepted_jobs = AcceptedJobs::new(jobs.into_iter().map(|job| (job, Fields::default())).collect());
-        accepted_jobs.retain(ranks, refused, |job, its| {
-            *its = needed(job, &fields)?;
-            Ok(())
-        });
+        let mut frames: Vec<(usize, FrameInputs)> = frames.into_iter().enumerate().collect();
+        retain(&mut frames, ranks, refused, FrameInputs::reduce_to_needed);
         let start = Instant::now();
-        let waited_s = if self.is_under_way && !accepted_jobs.jobs.is_empty() {
+        let waited_s = if self.is_under_way && !frames.is_empty() {
             self.wait();
             start.elapsed().as_secs_f64()
         } else {
             0.0
         };
         let (writer, writes) = (&self.writer, ranks.is_root());
-        accepted_jobs.retain(ranks, refused, |job, _| {
+        retain(&mut frames, ranks, refused, |FrameInputs { setup, .. }| {
             // After the wait: only then does the writer have the names of the previous frames.
             if writes {
-                writer.check(&job.setup.scene.output, &job.stamp, job.setup.scene.field())?;
+                writer.check(&setup.scene.output, &setup.stamp, setup.scene.field())?;
             }
             Ok(())
         });
-        if accepted_jobs.jobs.is_empty() {
+        if frames.is_empty() {
             refused.sort_by_key(|(number, _)| *number);
             return Ok(Accepted { waited_s, ..Accepted::default() });
         }
         let start = Instant::now();
-        self.copies.take(ranks, &self.renderer, &accepted_jobs.jobs)?;
+        self.copies.take(ranks, &self.renderer, &frames)?;
         let copy_s = start.elapsed().as_secs_f64();
         let accepted = Accepted { waited_s, copy_s, bytes_copied: self.copies.bytes() };
         let copies = &self.copies;
-        accepted_jobs.retain(ranks, refused, |job, _| check_gathered(job, copies));
+        retain(&mut frames, ranks, refused, |frame| copies.check_gathered(&frame.setup));
         refused.sort_by_key(|(number, _)| *number);
-        self.hand_over(ranks, accepted_jobs.jobs.into_iter().map(|(job, _)| job).collect(), accepted)
+        self.hand_over(ranks, frames.into_iter().map(|(_, frame)| frame.setup).collect(), accepted)
     }
 
     /// Passes a step to the thread, if the thread runs on all ranks.
-    fn hand_over(&mut self, ranks: &mut Ranks, jobs: Vec<Job>, accepted: Accepted) -> Result<Accepted> {
+    fn hand_over(&mut self, ranks: &mut Ranks, frames: Vec<FrameSetup>, accepted: Accepted) -> Result<Accepted> {
         let gone = || Error::new(ErrorKind::Internal, "the drawing thread is gone");
         let is_there = self.thread.as_ref().is_some_and(|thread| !thread.is_finished());
         ranks.collective(if is_there { Ok(()) } else { Err(gone()) })?;
-        if jobs.is_empty() {
+        if frames.is_empty() {
             return Ok(accepted);
         }
-        let step = (jobs, mem::take(&mut self.copies), accepted);
-        self.is_busy = self.jobs.as_ref().is_some_and(|all| all.send(step).is_ok());
+        let step = (frames, mem::take(&mut self.copies), accepted);
+        self.is_busy = self.steps.as_ref().is_some_and(|steps| steps.send(step).is_ok());
         self.is_under_way = self.is_busy;
         if self.is_busy { Ok(accepted) } else { Err(gone()) }
     }
@@ -266,60 +254,42 @@ impl Background {
 
 impl Drop for Background {
     fn drop(&mut self) {
-        self.jobs = None;
+        self.steps = None;
         // Its messages are no longer moved.
         self.pump.iter_mut().for_each(MessagePump::cut);
         if let Some(thread) = self.thread.take() {
-            // A panic in a job is one of its outcomes; no receiver is left for another one.
+            // A panic in a frame is one of its outcomes; no receiver is left for another one.
             let _ = thread.join();
         }
     }
 }
 
-/// The jobs that passed all checks so far, each with its number and the fields that it needs.
-struct AcceptedJobs<'f> {
-    numbers: Vec<usize>,
-    jobs: Vec<(Job, Fields<'f>)>,
+/// Retains the frames that pass `check` on all ranks; appends the numbers and errors of the others to `refused`.
+/// Collective.
+fn retain<'f>(
+    frames: &mut Vec<(usize, FrameInputs<'f>)>,
+    ranks: &mut Ranks,
+    refused: &mut Vec<(usize, Error)>,
+    mut check: impl FnMut(&mut FrameInputs<'f>) -> Result<()>,
+) {
+    frames.retain_mut(|(number, frame)| {
+        let mine = ranks.attempt(|| check(frame));
+        let checked = ranks.collective(mine).map_err(|error| refused.push((*number, error)));
+        checked.is_ok()
+    });
 }
 
-impl<'f> AcceptedJobs<'f> {
-    fn new(jobs: Vec<(Job, Fields<'f>)>) -> Self {
-        AcceptedJobs { numbers: (0..jobs.len()).collect(), jobs }
-    }
-
-    /// Retains the jobs that pass `check` on all ranks; appends the others to `refused` with their errors. Collective.
-    fn retain(
-        &mut self,
-        ranks: &mut Ranks,
-        refused: &mut Vec<(usize, Error)>,
-        mut check: impl FnMut(&Job, &mut Fields<'f>) -> Result<()>,
-    ) {
-        let jobs = mem::take(&mut self.numbers).into_iter().zip(mem::take(&mut self.jobs));
-        for (number, (job, mut fields)) in jobs {
-            let mine = ranks.attempt(|| check(&job, &mut fields));
-            match ranks.collective(mine) {
-                Ok(()) => {
-                    self.numbers.push(number);
-                    self.jobs.push((job, fields));
-                }
-                Err(error) => refused.push((number, error)),
-            }
-        }
-    }
-}
-
-/// Calls `draw` for a job and sends an error to the other ranks.
+/// Calls `draw` for a frame and sends an error to the other ranks.
 fn attempt(
     ranks: &mut Ranks,
-    job: Job,
+    setup: FrameSetup,
     is_first: bool,
-    draw: impl FnOnce(&mut Ranks, Job) -> Result<(FrameReport, Option<Stamp>)>,
+    draw: impl FnOnce(&mut Ranks, FrameSetup) -> Result<(FrameReport, Option<Stamp>)>,
 ) -> Drawn {
-    let (stamp, mut has_panicked) = (job.stamp.clone(), true);
-    let view = job.notes.iter().find(|(key, _)| *key == "view").map(|(_, view)| view.clone());
+    let (stamp, view, mut has_panicked) = (setup.stamp.clone(), setup.view.clone(), true);
     ranks.begin_frame();
     let drawn = Error::of_panics(|| {
-        let drawn = draw(ranks, job);
+        let drawn = draw(ranks, setup);
         has_panicked = false;
         drawn
     });
@@ -340,12 +310,11 @@ fn draw(
     renderer: &Renderer,
     ranks: &mut Ranks,
     writer: &Writer,
-    job: Job,
+    setup: FrameSetup,
     copies: &Copies,
     accepted: Accepted,
 ) -> Result<(FrameReport, Option<Stamp>)> {
-    let rendered = render(renderer, ranks, &job, copies)?;
-    let Job { setup: FrameSetup { scene, descriptions, .. }, stamp, notes } = job;
+    let rendered = render(renderer, ranks, &setup, copies)?;
     let cost = |mut report: FrameReport| {
         report.timing.waited_s = accepted.waited_s;
         report.timing.copy_s = accepted.copy_s;
@@ -356,24 +325,19 @@ fn draw(
         Rendered::Here(frame) => frame,
         Rendered::AtRoot(report) => return Ok((cost(report), None)),
     };
-    frame.descriptions = descriptions;
-    frame.notes.extend(notes);
+    setup.describe(&mut frame);
     frame.report = cost(frame.report);
     let report = frame.report.clone();
-    let submitted = writer.submit_unseen(frame, scene.output.clone(), stamp);
+    let submitted = writer.submit_unseen(frame, setup.scene.output.clone(), setup.stamp);
     Ok((report, submitted.dropped))
 }
 
-fn render(renderer: &Renderer, ranks: &mut Ranks, job: &Job, copies: &Copies) -> Result<Rendered> {
-    let FrameSetup { scene, grid, layers, .. } = &job.setup;
-    if let Some(gathered) = copies.gathered(job) {
-        return renderer.render_gathered(Instant::now(), ranks, scene, (grid, layers), gathered);
+fn render(renderer: &Renderer, ranks: &mut Ranks, setup: &FrameSetup, copies: &Copies) -> Result<Rendered> {
+    let FrameSetup { scene, grid, layers, .. } = setup;
+    match copies.gathered(setup) {
+        Some(gathered) => renderer.render_gathered(Instant::now(), ranks, scene, (grid, layers), gathered),
+        None => renderer.render_over(ranks, scene, grid, None, layers, copies.fields()?.needed_by(scene)?),
     }
-    let fields = copies.fields()?.needed_by(scene)?;
-    if ranks.is_alone() {
-        return renderer.render(scene, grid, layers, fields).map(Rendered::Here);
-    }
-    renderer.render_over(ranks, scene, grid, None, layers, fields)
 }
 
 #[cfg(test)]

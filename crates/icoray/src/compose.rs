@@ -9,13 +9,12 @@
 
 use glam::DVec3;
 use icoray_grid::{Error, ErrorKind, Result};
-use icoray_kernel::Counts;
 use icoray_kernel::ground::Core;
 use icoray_kernel::piece::Radiance;
 use icoray_kernel::plane::RayLine;
 use icoray_kernel::shade::Shading;
 use icoray_kernel::signature::{Boundary, BoundarySignature, EyeDistance};
-use icoray_kernel::{Budget, Fragment};
+use icoray_kernel::{Budget, Counts, Fragment};
 use std::iter;
 
 /// Bytes of a fragment.

@@ -9,9 +9,8 @@
 use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling};
 use crate::scattered::ScatteredPixels;
 use glam::DVec3;
-use icoray_kernel::Counts;
-use icoray_kernel::FAINTEST;
 use icoray_kernel::signature::BoundarySignature;
+use icoray_kernel::{Counts, FAINTEST};
 use icoray_scene::Scene;
 use rayon::prelude::*;
 use std::f64::consts::SQRT_2;

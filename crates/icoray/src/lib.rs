@@ -15,7 +15,7 @@
 //! let layers = Layers::from_heights(&[0.0, 5e3, 10e3], 6.371e6)?; // metres; the planet's radius
 //! let wave = |(lon, lat): (&f64, &f64)| [(6.0 * lon).cos() * (2.0 * lat).sin(); 3]; // of a cell, on three layers
 //! let values: Vec<f64> = mesh.lon_center_rad.iter().zip(&mesh.lat_center_rad).flat_map(wave).collect();
-//! let field = Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 3), Location::Center, None)?;
+//! let field = Field::level_fastest(&values, 3, Location::Center)?;
 //! let scene = Scene::parse("field = 'wave'
 //!     exaggeration = 40
 //!     core = '#8090a0'
@@ -78,19 +78,19 @@ mod ranges;
 pub mod ranks;
 mod raster;
 mod render;
+mod render_inputs;
 mod sampling;
 mod scattered;
 mod snapshot;
 pub mod suggest;
 mod time_budget;
 
-pub use background::{Accepted, Background, Drawn, FrameSetup, Job};
+pub use background::{Accepted, Background, Drawn, FrameInputs, FrameSetup};
 pub use fields::Fields;
-pub use icoray_grid::memory;
 pub use icoray_grid::{
     CenterField, ColumnCount, Connectivity, Description, Dimension, Error, ErrorKind, Field, Grid, GridTables,
     IcosahedralMesh, Indices, Layers, Location, LonLat, MAX_LEVEL, OwnedGrid, OwnedReals, OwnedTables, Reals, Result,
-    Shape, circumcenter, cut_polygon, printable,
+    Shape, circumcenter, cut_polygon, memory, printable,
 };
 pub use icoray_kernel::ground::coast_runs;
 pub use icoray_kernel::{Counts, Frustum, Stretch, Traversal};
@@ -102,9 +102,8 @@ pub use icoray_scene::{
     Adapter, Backend, Camera, Clip, ColorRange, Coloring, Condition, Derivation, Ground, HalfSpace, Heights, How,
     Isosurface, Knot, LabelPlace, Labels, Level, LightSource, Lighting, Lights, Lines, Live, LonLatBox, Method,
     Opacity, Paint, Pattern, Precision, Quality, Scale, Scene, Scenery, Scheme, Script, Shot, Statistic, Summary,
-    Surface, TransferFunction, View, Volume,
+    Surface, TransferFunction, View, Volume, color_map_stops, color_maps, did_you_mean, keys, srgb8,
 };
-pub use icoray_scene::{color_map_stops, color_maps, did_you_mean, keys, srgb8};
 pub use plan::{FrameMemory, Plan, Savings};
 pub use ranks::{Columns, Decomposition, DistributedGrid, Owned, Part, PartCells, PartCorners, Ranks, Team};
 pub use render::{Contribution, Histogram, Probe, ProbePoint, Rendered, Renderer, ScenePart};

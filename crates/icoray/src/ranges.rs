@@ -4,9 +4,8 @@
 //! ranks find the same range to the last bit, for any distribution of the grid: they sum integers.
 
 use crate::ranks::{Part, Ranks};
-use icoray_grid::Field;
-use icoray_grid::Result;
 use icoray_grid::threads::Threads;
+use icoray_grid::{Field, Result};
 use icoray_scene::{ColorRange, Coloring, Scale, Scene};
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};

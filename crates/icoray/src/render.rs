@@ -5,10 +5,8 @@ use crate::fields::Fields;
 use crate::plan::Plan;
 use crate::ranges::FieldValues;
 use crate::ranks::{HAS_WHOLE, Part, Ranks};
-use icoray_grid::Field;
-use icoray_grid::Grid;
-use icoray_grid::Layers;
-use icoray_grid::{Error, ErrorKind, Result};
+use crate::render_inputs::RenderInputs;
+use icoray_grid::{Error, ErrorKind, Field, Grid, Layers, Result};
 use icoray_output::{Colors, Frame, Sharing};
 use icoray_scene::{Backend, Scene, Scheme};
 use std::time::Instant;
@@ -43,7 +41,7 @@ pub use probe::{Contribution, Probe, ProbePoint, ScenePart};
 pub use rendered::Rendered;
 pub use renderer::Renderer;
 
-use context::{FrameContext, RenderInputs};
+use context::FrameContext;
 use devices::DeviceChoice;
 use prepared_field::PreparedField;
 
@@ -60,9 +58,7 @@ impl Renderer {
         layers: &Layers,
         fields: impl Into<Fields<'f>>,
     ) -> Result<Frame> {
-        let fields = fields.into();
-        let given = RenderInputs { grid, part: None, layers, fields: &fields };
-        match self.render_since(Instant::now(), &mut Ranks::alone(), scene, &given)? {
+        match self.render_over(&mut Ranks::alone(), scene, grid, None, layers, fields)? {
             Rendered::Here(frame) => Ok(frame),
             Rendered::AtRoot(_) => unreachable!("who draws alone is rank 0"),
         }
@@ -91,8 +87,8 @@ impl Renderer {
         layers: &Layers,
         fields: impl Into<Fields<'f>>,
     ) -> Result<Rendered> {
-        let given = RenderInputs { grid, part, layers, fields: &fields.into() };
-        self.render_since(Instant::now(), ranks, scene, &given)
+        let given = RenderInputs { scene, grid, part, layers, fields: &fields.into() };
+        self.render_since(Instant::now(), ranks, &given)
     }
 
     /// The device for a picture, if there is one that supports it. Collective.
@@ -106,15 +102,15 @@ impl Renderer {
     }
 
     /// [`Self::render_over`] for a frame that began at `start`.
-    fn render_since(&self, start: Instant, ranks: &mut Ranks, scene: &Scene, given: &RenderInputs) -> Result<Rendered> {
-        self.in_context(start, ranks, scene, given, |context, ranks| {
+    fn render_since(&self, start: Instant, ranks: &mut Ranks, given: &RenderInputs) -> Result<Rendered> {
+        self.in_context(start, ranks, given, |context, ranks| {
             let FrameContext { scene: settled, fields, has_whole, sharing, bytes_derived, .. } = *context;
             let mut rendered = draw::draw(context, ranks)?;
             let report = rendered.report_mut();
             report.bytes_derived += bytes_derived;
             report.threads = self.threads();
             report.ranks.count = ranks.size();
-            report.colors = Colors::of(scene, settled);
+            report.colors = Colors::of(given.scene, settled);
             report.ranks.sharing = (!ranks.is_alone()).then_some(sharing);
             let has_first = report.value_range.is_some();
             let is_empty = |number: usize, field: &PreparedField| match number {
@@ -143,21 +139,19 @@ impl Renderer {
         &self,
         start: Instant,
         ranks: &mut Ranks,
-        scene: &Scene,
         given: &RenderInputs,
         draw: impl FnOnce(&FrameContext, &mut Ranks) -> Result<R>,
     ) -> Result<R> {
-        let RenderInputs { grid, part, layers, fields } = *given;
+        let RenderInputs { scene, grid, part, layers, fields } = *given;
         if !scene.scenery.derived.is_empty() {
             let has_room = ranks.attempt(|| self.derived.require(scene, fields, self.memory_limit));
             ranks.collective(has_room)?;
         }
-        let of = derive::DeriveInputs { scene, fields, grid, part, threads: &self.threads };
-        let made = derive::make(ranks, &self.derived, &of)?;
+        let made = derive::make(ranks, &self.derived, &self.threads, given)?;
         let with_derived = made.as_ref().map(|made| made.fields(fields));
         let fields = with_derived.as_ref().unwrap_or(fields);
         let given = &RenderInputs { fields, ..*given };
-        let (mut plan, sharing) = self.agree_on_plan(ranks, scene, given)?;
+        let (mut plan, sharing) = self.agree_on_plan(ranks, given)?;
         let share_of_whole = match part {
             None if sharing.scheme == Scheme::Fragments => Some(Part::of_whole(ranks, grid)?),
             _ => None,
@@ -165,8 +159,8 @@ impl Renderer {
         let has_whole = part.is_none();
         let part = part.or(share_of_whole.as_ref());
         let given = &RenderInputs { part, ..*given };
-        let prepared = self.prepare_fields(ranks, scene, given, has_whole)?;
-        let heights = self.prepare_heights(ranks, scene, given)?;
+        let prepared = self.prepare_fields(ranks, given, has_whole)?;
+        let heights = self.prepare_heights(ranks, given)?;
         if prepared.iter().chain(&heights).any(PreparedField::is_average) {
             plan.mark_corners_read();
         }
@@ -205,8 +199,8 @@ impl Renderer {
     }
 
     /// The plan of a frame, and the distribution of its picture over ranks: equal on all. Collective.
-    fn agree_on_plan(&self, ranks: &mut Ranks, scene: &Scene, given: &RenderInputs) -> Result<(Plan, Sharing)> {
-        let RenderInputs { grid, part, layers, fields } = *given;
+    fn agree_on_plan(&self, ranks: &mut Ranks, given: &RenderInputs) -> Result<(Plan, Sharing)> {
+        let RenderInputs { scene, grid, part, layers, fields } = *given;
         let field = ranks.attempt(|| fields.first(scene.field()));
         let field = ranks.collective(field)?;
         let plan = ranks.attempt(|| {

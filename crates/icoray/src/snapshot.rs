@@ -5,8 +5,7 @@
 use crate::fields::Fields;
 use crate::render::Renderer;
 use icoray_grid::shape::ElementIndexer;
-use icoray_grid::{Field, Location};
-use icoray_grid::{OwnedReals, Reals, Result, Shape};
+use icoray_grid::{Field, Location, OwnedReals, Reals, Result, Shape};
 use rayon::prelude::*;
 use std::mem::replace;
 

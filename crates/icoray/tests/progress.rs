@@ -1,6 +1,6 @@
 //! The hook that reports finished tiles.
 
-use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene};
 use std::sync::{Arc, Mutex};
 
 #[test]
@@ -9,8 +9,7 @@ fn each_tile_is_reported_once_and_the_picture_is_the_same() {
     let grid = Grid::new(mesh.tables()).unwrap();
     let layers = Layers::from_heights(&[0.0, 1e5, 2e5], 6.371e6).unwrap();
     let values: Vec<f32> = (0..grid.cells() * 3).map(|i| (i % 7) as f32).collect();
-    let shape = Shape::level_fastest(grid.cells(), 3);
-    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let field = Field::level_fastest(&values, 3, Location::Center).unwrap();
     let text = "field = \"q\"\n[image]\nwidth = 97\nheight = 61\n[camera]\nlon = 0\nlat = 20\ndistance = 3\n\
                 [transfer]\nmap = \"viridis\"\nrange = [0, 6]\nopacity = [[0, 0.1], [6, 0.8]]\n";
     let scene = Scene::parse(text).unwrap();

@@ -4,13 +4,14 @@
 //! views: a script has no state, and the statistics of conditions are equal on all ranks.
 
 use super::inputs::ConditionField;
-use super::levels::Pattern;
-use super::{Context, SceneChoice, levels, missing};
+use super::levels::{self, Pattern};
+use super::{Context, SceneChoice, missing};
 use crate::boundary::{Failure, Outcome, caught};
-use crate::frame_inputs::FrameInputs;
+use crate::frame_inputs::{check_whole, grid_fact};
+use crate::message::listed;
 use crate::types::icoray_status;
 use icoray_core::output::Stamp;
-use icoray_core::{Script, Shot, Statistic, Summary, View};
+use icoray_core::{FrameInputs, FrameSetup, Script, Shot, Statistic, Summary, View};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Instant;
@@ -92,8 +93,8 @@ impl Context {
     }
 
     /// Logs a warning, at rank 0, at the first picture of a grid with holes.
-    fn warn_about_holes(&mut self, frame_inputs: &FrameInputs) {
-        let Some(grid) = frame_inputs.drawn_grid().filter(|_| self.ranks.is_root() && self.drawing.is_warned()) else {
+    fn warn_about_holes(&mut self, setup: &FrameSetup) {
+        let Some(grid) = setup.drawn_grid().filter(|_| self.ranks.is_root() && self.drawing.is_warned()) else {
             return;
         };
         let token = grid.lifetime_token();
@@ -168,13 +169,14 @@ impl Context {
     /// Renders a picture, or appends it to those that the background renders from one copy of the fields.
     fn draw_shot<'a>(&mut self, shot: Shot, stamp: &Stamp, copied: &mut Vec<FrameInputs<'a>>) -> Outcome<()> {
         let name = shot.name.clone();
-        let frame_inputs = self.picture_inputs(shot, stamp, true)?;
-        self.warn_about_holes(&frame_inputs);
+        let mut frame_inputs = self.picture_inputs(shot, stamp, true)?;
+        frame_inputs.setup.notes.extend(self.drawing.note());
+        self.warn_about_holes(&frame_inputs.setup);
         if self.drawing.is_in_background() {
             copied.push(frame_inputs);
             return Ok(());
         }
-        let drawn = self.drawing.draw(&mut self.ranks, stamp, frame_inputs);
+        let drawn = self.drawing.draw(&mut self.ranks, frame_inputs);
         drawn.map_err(|failure| failure.of_picture(&name, stamp.step))
     }
 
@@ -193,13 +195,18 @@ impl Context {
                 // Names that are wrong or taken are known before the first ray.
                 drawing.check_names(&shot.scene, stamp)?;
             }
-            let frame_inputs = inputs.frame_inputs(shot)?;
+            let frame_inputs = inputs.frame_inputs(shot, stamp)?;
             if ranks.size() > 1 {
-                frame_inputs.check_whole()?;
+                check_whole(&frame_inputs)?;
             }
             Ok(frame_inputs)
         });
-        let facts = mine.iter().flat_map(|given| [given.grid_description(), given.fields_2d()]).collect();
+        let facts = mine.iter().flat_map(|FrameInputs { setup, .. }| {
+            // All ranks show the same 2D fields as surfaces.
+            let fields_2d = listed(inputs.fields_2d(&setup.scene).into_iter());
+            [grid_fact(setup), ("has fields of one layer:", fields_2d)]
+        });
+        let facts = facts.collect();
         self.agree_on_picture(mine.map_err(|failure| failure.of_picture(&name, stamp.step)), &name, facts)
     }
 

@@ -3,12 +3,12 @@
 use super::refusals::{Input, Refusals, refused_or};
 use crate::borrow::{self, Versioned, argument, name};
 use crate::boundary::{Failure, Outcome};
-use crate::frame_inputs::FrameInputs;
 use crate::message::listed;
 use crate::types::{icoray_array, icoray_ndarray, icoray_status};
+use icoray_core::output::Stamp;
 use icoray_core::{
-    ColumnCount, Decomposition, Description, Field, Fields, FrameSetup, Grid, Heights, Layers, Location, OwnedTables,
-    Scene, Script, Shot,
+    ColumnCount, Decomposition, Description, Field, Fields, FrameInputs, FrameSetup, Grid, Heights, Layers, Location,
+    OwnedTables, Scene, Script, Shot,
 };
 use std::collections::BTreeMap;
 use std::ffi::c_char;
@@ -71,30 +71,6 @@ pub(crate) struct ConditionField<'a> {
     pub decomposition: Option<Arc<Decomposition>>,
 }
 
-/// An array of C, of either struct.
-pub(crate) trait GivenArray: Versioned {
-    /// The array with columns and layers; `call` is the C function that sets it.
-    fn flat(&self, inputs: &Inputs, call: &str) -> Outcome<icoray_array>;
-}
-
-impl GivenArray for icoray_array {
-    fn flat(&self, _inputs: &Inputs, _call: &str) -> Outcome<icoray_array> {
-        Ok(*self)
-    }
-}
-
-impl GivenArray for icoray_ndarray {
-    /// Finds the layers and columns among the dimensions.
-    fn flat(&self, inputs: &Inputs, call: &str) -> Outcome<icoray_array> {
-        // SAFETY: the caller of icoray_field_set_ndarray or icoray_heights_set_ndarray promises two strings.
-        let (grid, layers) = unsafe { names(self.grid_name, self.layers_name)? };
-        let grid_input = inputs.grid(grid, call)?;
-        let layers = inputs.layers(layers, call)?;
-        let location = borrow::location(self.location, Self::NAME)?;
-        borrow::flat(self, &grid_input.columns_at(location), layers.count())
-    }
-}
-
 impl ArrayInput {
     /// Checks everything but the values; `of` is the C struct's name in messages.
     pub fn new(array: &icoray_array, of: &str, is_shared: bool) -> Outcome<Self> {
@@ -143,6 +119,16 @@ impl Inputs {
         known(&self.layers, name, Input::Layers, call, &self.refusals)
     }
 
+    /// The array with columns and layers, which are found among the dimensions; `call` is the C function that sets it.
+    pub fn flat(&self, call: &str, array: &icoray_ndarray) -> Outcome<icoray_array> {
+        // SAFETY: the caller of icoray_field_set_ndarray or icoray_heights_set_ndarray promises two strings.
+        let (grid, layers) = unsafe { names(array.grid_name, array.layers_name)? };
+        let grid_input = self.grid(grid, call)?;
+        let layers = self.layers(layers, call)?;
+        let location = borrow::location(array.location, icoray_ndarray::NAME)?;
+        borrow::flat(array, &grid_input.columns_at(location), layers.count())
+    }
+
     /// A script with the name of the field that was set first, where it names none, and with 2D fields as surfaces.
     pub fn named(&self, script: &Arc<Script>) -> Arc<Script> {
         let first = self.first.as_ref().filter(|_| script.lacks_field());
@@ -183,8 +169,14 @@ impl Inputs {
         refused_or(self.refusals.of(Input::Field, name), failure)
     }
 
+    /// The fields of a scene that have one value per column.
+    pub fn fields_2d<'s>(&self, scene: &'s Scene) -> Vec<&'s str> {
+        let is_2d = |name: &&str| self.fields.get(*name).is_some_and(ArrayInput::is_2d);
+        scene.model_fields().into_iter().filter(is_2d).collect()
+    }
+
     /// Looks up the inputs of a picture.
-    pub fn frame_inputs<'a>(&self, shot: Shot) -> Outcome<FrameInputs<'a>> {
+    pub fn frame_inputs<'a>(&self, shot: Shot, stamp: &Stamp) -> Outcome<FrameInputs<'a>> {
         let (call, view, scene) = ("icoray_execute", shot.name, Arc::new(shot.scene));
         for (input, is_empty) in [(Input::Grid, self.grids.is_empty()), (Input::Layers, self.layers.is_empty())] {
             if is_empty {
@@ -202,7 +194,6 @@ impl Inputs {
             let field = field.map_err(|f| f.within(format_args!("field {name:?}")))?;
             Ok(((*name).to_owned(), field.on_layers(layers.count())))
         };
-        let fields_2d = needed.iter().filter(|(_, given)| given.is_2d()).map(|(name, _)| (*name).to_owned()).collect();
         let mut fields = Fields::new(needed.iter().map(field).collect::<Outcome<Vec<_>>>()?);
         if scene.scenery.heights == Heights::Native {
             let heights = self.heights_for(grid_input, layers, called, first);
@@ -210,13 +201,16 @@ impl Inputs {
         }
         let described = |name: &str| Some((name.to_owned(), self.descriptions.get(name)?.clone()));
         let setup = FrameSetup {
+            view,
             descriptions: scene.shown_fields().into_iter().filter_map(described).collect(),
             scene,
             grid: grid_input.grid.clone(),
             decomposition: grid_input.decomposition.clone(),
             layers: layers.clone(),
+            stamp: stamp.clone(),
+            notes: Vec::new(),
         };
-        Ok(FrameInputs { view, setup, fields, fields_2d })
+        Ok(FrameInputs { setup, fields })
     }
 
     /// The fields that a scene needs, at least one.

@@ -11,6 +11,7 @@
 use super::inputs::Inputs;
 use super::{Context, SceneChoice};
 use crate::boundary::{Failure, Outcome, caught};
+use crate::frame_inputs::check_whole;
 use crate::ranks::agree;
 use crate::types::icoray_status;
 use crate::viewer_message::{LookRequest, ProbeRequest, ViewerMessage};
@@ -205,8 +206,8 @@ impl Context {
     fn memory_of(&self, script: &Arc<Script>, stamp: &Stamp) -> Outcome<u64> {
         let mut largest = 0;
         for shot in self.inputs.named(script).views().iter().flat_map(|view| view.shots(stamp)) {
-            let given = self.inputs.frame_inputs(shot)?;
-            given.check_whole()?;
+            let given = self.inputs.frame_inputs(shot, stamp)?;
+            check_whole(&given)?;
             let (_, field) = given.fields.iter().next().ok_or_else(|| Failure::null("the scene's field"))?;
             // Some columns over the whole grid have no plan of their own.
             if field.shape().columns == ColumnCount::new(&given.setup.grid, field.location()).columns {
@@ -262,8 +263,8 @@ impl Context {
         let given = |inputs: &Inputs| {
             let shot = script.views().iter().find(|its| its.name() == view).and_then(|its| its.shots(stamp).next());
             let gone = || Failure::new(icoray_status::ICORAY_ERR_ARGUMENT, format!("the view {view:?} is gone"));
-            let given = inputs.frame_inputs(shot.ok_or_else(gone)?)?;
-            given.check_whole()?;
+            let given = inputs.frame_inputs(shot.ok_or_else(gone)?, stamp)?;
+            check_whole(&given)?;
             Ok(given)
         };
         let found = self.asked(given, |renderer, ranks, given| {
@@ -295,8 +296,7 @@ impl Context {
 mod tests {
     use super::*;
     use crate::boundary::tests::config;
-    use icoray_core::ranks::local_team;
-    use std::thread::scope;
+    use icoray_core::ranks::on_local_nodes;
 
     /// A panic of one rank before the ranks agree, and of all in the answer: a failure, which the page shows.
     #[test]
@@ -317,8 +317,6 @@ mod tests {
             assert!(!context.is_over);
         };
         ask(Ranks::alone());
-        scope(|threads| {
-            local_team(2).into_iter().for_each(|team| drop(threads.spawn(|| ask(Ranks::new(Box::new(team))))));
-        });
+        on_local_nodes(&[0; 2], |team| ask(Ranks::new(Box::new(team))));
     }
 }

@@ -131,7 +131,7 @@ impl Context {
         let given = self.picture_inputs(Shot { name: view.to_owned(), scene }, stamp, false)?;
         let no_field = || Error::new(ErrorKind::Internal, "a picture without a field");
         let field = given.fields.iter().next().ok_or_else(no_field)?;
-        let options = if given.fields_2d.is_empty() { options } else { options.for_2d() };
+        let options = if self.inputs.fields_2d(&given.setup.scene).is_empty() { options } else { options.for_2d() };
         let description = given.setup.descriptions.get(given.setup.scene.field());
         let is_length = description.is_some_and(|its| its.is_length() && !its.is_precipitation(None));
         let options = Options { is_length, ..options };

@@ -2,10 +2,8 @@
 
 use super::Drawing;
 use crate::boundary::{Failure, Outcome};
-use crate::frame_inputs::FrameInputs;
 use crate::host::without_signals;
-use icoray_core::output::Stamp;
-use icoray_core::{Background, FrameSetup, Ranks, Rendered};
+use icoray_core::{Background, Ranks};
 use serde::{Deserialize, Serialize};
 use std::thread::current;
 
@@ -69,30 +67,5 @@ impl Drawing {
     /// Whether submitted frames were not waited for: equal on all ranks.
     pub fn is_under_way(&self) -> bool {
         self.background.as_ref().is_some_and(Background::is_under_way)
-    }
-
-    /// Renders this rank's share of a frame. The outcome is equal on all ranks.
-    pub(super) fn draw_collective(
-        &mut self,
-        ranks: &mut Ranks,
-        stamp: &Stamp,
-        frame_inputs: FrameInputs,
-    ) -> Outcome<()> {
-        let (data, fields) = (frame_inputs.setup.distributed_grid(), frame_inputs.fields.clone());
-        let rendered = self.renderer.render_decomposed(ranks, &frame_inputs.setup.scene, data, fields)?;
-        let FrameInputs { view, setup: FrameSetup { scene, descriptions, .. }, .. } = frame_inputs;
-        match rendered {
-            Rendered::Here(mut frame) => {
-                frame.descriptions = descriptions;
-                frame.notes.extend(self.notes(view));
-                self.submit_to_writer(frame, &scene, stamp);
-            }
-            Rendered::AtRoot(report) => {
-                self.devices.log_frame(stamp, &report, &self.log);
-                self.log_details(stamp, &report);
-                self.record_frame(stamp, report);
-            }
-        }
-        Ok(())
     }
 }

@@ -24,8 +24,7 @@ const MAX_NAMES: usize = 1000;
 
 impl Names {
     /// Adds a name, and says whether it is a new one.
-    fn add(&mut self, name: Option<&str>) -> bool {
-        let name = name.unwrap_or_default();
+    fn add(&mut self, name: &str) -> bool {
         if self.0.contains(name) {
             return false;
         }
@@ -40,16 +39,16 @@ impl ErrorWarnings {
     /// Logs a warning for the first picture of a view that has pixels with an error above the tolerance, and a hint for
     /// the first that shows many cells in a pixel by one ray, or colours and isosurfaces off the values; a warning for
     /// the first of a field without values.
-    pub fn log_frame(&mut self, view: Option<&str>, stamp: &Stamp, report: &FrameReport, log: &Log) {
+    pub fn log_frame(&mut self, view: &str, stamp: &Stamp, report: &FrameReport, log: &Log) {
         let step = stamp.step;
-        let of = view.map_or_else(String::new, |view| format!(", view {view:?}"));
+        let of = if view.is_empty() { String::new() } else { format!(", view {view:?}") };
         if let Some(hint) = report.sampling.hint().filter(|_| self.hinted.add(view)) {
             log.say(Level::Info, &format!("step {step}{of}: {hint}"));
         }
         if !report.off_values.is_empty() && self.off_values.add(view) {
             log.say(Level::Info, &format!("step {step}{of}: {}", report.off_values.join("; ")));
         }
-        for field in report.without_values.iter().filter(|field| self.empty.add(Some(field.as_str()))) {
+        for field in report.without_values.iter().filter(|field| self.empty.add(field)) {
             let line = format!(
                 "step {step}{of}: field {field:?} has no values: all are NaN, infinite or its fill value, and nothing of \
                  it is drawn"
@@ -93,9 +92,7 @@ mod tests {
             quality: Quality { tolerance: 1e-3, ..Quality::default() },
             ..FrameReport::default()
         };
-        for (step, view, over) in
-            [(1, None, 0), (2, None, 7), (3, None, 9), (4, Some("north"), 1), (5, Some("north"), 3), (6, Some("b"), 0)]
-        {
+        for (step, view, over) in [(1, "", 0), (2, "", 7), (3, "", 9), (4, "north", 1), (5, "north", 3), (6, "b", 0)] {
             errors.log_frame(view, &stamp(step), &report(over), &log);
         }
         let warn = Level::Warn as i32;
@@ -115,7 +112,7 @@ mod tests {
         for (step, fields) in [(1, vec![]), (2, vec!["q"]), (3, vec!["q"]), (4, vec!["t", "q"])] {
             let without_values = fields.into_iter().map(String::from).collect();
             let report = FrameReport { without_values, ..FrameReport::default() };
-            errors.log_frame(None, &Stamp { step, time_s: 0.0, date: None }, &report, &log);
+            errors.log_frame("", &Stamp { step, time_s: 0.0, date: None }, &report, &log);
         }
         let fields: Vec<&str> = lines.iter().map(|(_, line)| line.split(" has no").next().unwrap()).collect();
         assert_eq!(fields, ["step 2: field \"q\"", "step 4: field \"t\""]);
@@ -135,14 +132,14 @@ mod tests {
             ..FrameReport::default()
         };
         for (step, view, samples, mean) in
-            [(1, None, 1, 2.0), (2, None, 4, 20.0), (3, None, 1, 20.0), (4, None, 1, 20.0), (5, Some("b"), 1, 20.0)]
+            [(1, "", 1, 2.0), (2, "", 4, 20.0), (3, "", 1, 20.0), (4, "", 1, 20.0), (5, "b", 1, 20.0)]
         {
             errors.log_frame(view, &Stamp { step, time_s: 0.0, date: None }, &report(samples, mean), &log);
         }
         let off_values = vec!["q is 1 to 2: it has no isosurface of 3".to_owned()];
         let report = FrameReport { off_values, ..FrameReport::default() };
         for step in [6, 7] {
-            errors.log_frame(Some("b"), &Stamp { step, time_s: 0.0, date: None }, &report, &log);
+            errors.log_frame("b", &Stamp { step, time_s: 0.0, date: None }, &report, &log);
         }
         let info = Level::Info as i32;
         assert_eq!(lines.len(), 3, "{lines:?}");

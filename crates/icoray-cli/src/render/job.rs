@@ -2,8 +2,7 @@
 
 use super::output_queue::PictureSummary;
 use super::target::Target;
-use crate::gpu;
-use crate::input;
+use crate::{gpu, input};
 use icoray::output::Stamp;
 use icoray::{Backend, Field, Frame, Ranks, Result, Shot};
 use icoray_dataset::{Drawing, Key, NativeHeightCache, SceneField};

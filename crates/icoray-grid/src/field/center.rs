@@ -71,7 +71,7 @@ mod tests {
         let grid = icosahedral_grid(1);
         // Pentagons repeat a corner in the table; a plain sum over six entries would be wrong there.
         let v: Vec<f64> = (0..grid.triangles()).map(|c| c as f64).collect();
-        let field = Field::new(v.as_slice().into(), Shape::level_fastest(v.len(), 1), Location::Corner, None).unwrap();
+        let field = Field::level_fastest(&v, 1, Location::Corner).unwrap();
         let center = CenterField::average(&grid, &field).unwrap();
         for cell in 0..grid.cells() as u32 {
             let around: Vec<u32> = (0..grid.triangles() as u32).filter(|&t| grid.triangle(t).contains(&cell)).collect();

@@ -65,7 +65,7 @@ mod tests {
     #[test]
     fn interfaces_and_the_layers_between_them_are_brought_to_each_other() {
         let values = [0.0f64, 2.0, 6.0, 10.0, f64::NAN, 30.0];
-        let field = Field::new(values.as_slice().into(), Shape::level_fastest(2, 3), Location::Center, None).unwrap();
+        let field = Field::level_fastest(&values[..], 3, Location::Center).unwrap();
         let between = CenterField::moved_in(&field, &[1.0, 2.0, 4.0], &[1.5, 3.0], None);
         let of = |column| [0, 1].map(|layer| between.field().value(column, layer));
         assert_eq!(of(0), [1.0, 4.0]);

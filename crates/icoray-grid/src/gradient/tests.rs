@@ -3,7 +3,6 @@
 use super::*;
 use crate::field::{Field, Location};
 use crate::grid::icosahedral_grid;
-use crate::shape::Shape;
 
 #[test]
 fn gradients_too_long_for_a_float_keep_their_direction() {
@@ -32,7 +31,7 @@ fn gradients_of(grid: &Grid, values: &[f64]) -> Vec<[f32; 3]> {
 
 /// The gradients of values that are normalised to `range`.
 fn gradients_in(grid: &Grid, values: &[f64], range: [f64; 2]) -> Vec<[f32; 3]> {
-    let field = Field::new(values.into(), Shape::level_fastest(grid.cells(), 4), Location::Center, None).unwrap();
+    let field = Field::level_fastest(values, 4, Location::Center).unwrap();
     gradients(
         grid,
         &radii(),
@@ -83,8 +82,7 @@ fn a_range_scales_gradients_of_last_digits() {
 fn gradients_are_those_that_can_be_seen() {
     let grid = icosahedral_grid(3);
     let values = field_of(&grid, |p| (3.0 * p.x).sin() * (5.0 * p.y).cos() + p.z * p.z);
-    let field =
-        Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 4), Location::Center, None).unwrap();
+    let field = Field::level_fastest(&values, 4, Location::Center).unwrap();
     let samples = Samples::new(&values, &field, false, [0.0, 1.0]);
     let all = gradients_of(&grid, &values);
     // Blocks of one gap: each third triangle has the lowest, each seventh the uppermost.

@@ -292,7 +292,7 @@ mod tests {
     #[test]
     fn ranges_contain_the_values_that_normalise_to_inside() {
         let values = [0.25f32; 4];
-        let field = Field::new(values.as_slice().into(), Shape::level_fastest(2, 2), Location::Center, None).unwrap();
+        let field = Field::level_fastest(&values[..], 2, Location::Center).unwrap();
         let samples = Samples::new(&values, &field, false, [0.1, 0.7]);
         for knot in [0.25f32, 1.0 / 3.0, 0.7, 1.0] {
             let [value, same] = samples.stored_at(knot).unwrap();

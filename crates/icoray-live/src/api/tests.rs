@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::session::{PictureSize, Start, plain_reader};
-use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Shape};
+use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer};
 use std::future::Future;
 use std::task::{Context, Waker};
 
@@ -26,8 +26,7 @@ fn frame(color: &str) -> Frame {
     let mesh = IcosahedralMesh::new(1).unwrap();
     let (grid, layers) = (Grid::new(mesh.tables()).unwrap(), Layers::from_heights(&[0.0, 1e4], 6.371e6).unwrap());
     let values = vec![0.5f32; 2 * grid.cells()];
-    let shape = Shape::level_fastest(grid.cells(), 2);
-    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let field = Field::level_fastest(&values, 2, Location::Center).unwrap();
     let text = format!("field = 'q'\nbackground = '{color}'\nimage = {{ width = 8, height = 6 }}\n");
     Renderer::new(1).unwrap().render(&Scene::parse(&text).unwrap(), &grid, &layers, &field).unwrap()
 }

@@ -6,7 +6,7 @@ use super::options::{Light, Options, Size};
 use super::setup::Setup;
 use crate::peak::PeakMemory;
 use crate::results::io_error;
-use icoray::{Field, Fields, Frame, FrameReport, Grid, Location, Plan, Renderer, Result, Savings, Scene, Shape};
+use icoray::{Field, Fields, Frame, FrameReport, Grid, Location, Plan, Renderer, Result, Savings, Scene};
 use icoray_reference::sphere::{Sphere, multi_scale};
 use std::time::Instant;
 
@@ -171,8 +171,7 @@ impl<'o> Benchmark<'o> {
     }
 
     fn heights(&self) -> Result<Field<'_>> {
-        let shape = Shape::level_fastest(self.sphere.mesh.cells(), self.size.layers);
-        Field::new(self.heights.as_slice().into(), shape, Location::Center, None)
+        Field::level_fastest(&self.heights, self.size.layers, Location::Center)
     }
 
     /// Number of frusta that the rays read without empty-space skipping.

@@ -1,6 +1,6 @@
 //! Copies of the fields of a step, from which its frames are rendered.
 
-use super::{FrameSetup, Job};
+use super::{FrameInputs, FrameSetup};
 use crate::fields::Fields;
 use crate::plan::Plan;
 use crate::ranks::{Columns, Decomposition, GatherInputs, NodeFields, Ranks};
@@ -19,31 +19,31 @@ pub(super) struct Copies {
 }
 
 impl Copies {
-    /// Copies the fields that the jobs need, each once, and replaces the previous copies. Collective.
+    /// Copies the fields of the frames, each once, and replaces the previous copies. Collective.
     ///
     /// # Errors
     /// Equal on all ranks: those of [`Columns::gather`].
-    pub fn take(&mut self, ranks: &mut Ranks, renderer: &Renderer, jobs: &[(Job, Fields)]) -> Result<()> {
+    pub fn take(&mut self, ranks: &mut Ranks, renderer: &Renderer, frames: &[(usize, FrameInputs)]) -> Result<()> {
         for (_, gathered) in take(&mut self.gathered) {
             gathered.leave(ranks);
         }
         let mut own = Fields::default();
         let mut spread: Vec<(&Arc<Decomposition>, &Columns, GatherInputs, Fields)> = Vec::new();
-        for (job, needed) in jobs {
-            let Some((decomposition, columns)) = columns(job) else {
+        for (_, FrameInputs { setup, fields: needed }) in frames {
+            let Some((decomposition, columns)) = setup.columns() else {
                 own = own.with(needed.clone());
                 continue;
             };
-            let of_derived = job.setup.scene.derivation_inputs();
+            let of_derived = setup.scene.derivation_inputs();
             match spread.iter_mut().find(|(known, ..)| Arc::ptr_eq(known, decomposition)) {
                 Some((_, _, inputs, fields)) => {
                     inputs.derivation_inputs.extend(of_derived);
                     // The heights are those of the first picture that needs heights.
-                    inputs.layers = if fields.heights().is_some() { inputs.layers } else { &job.setup.layers };
+                    inputs.layers = if fields.heights().is_some() { inputs.layers } else { &setup.layers };
                     *fields = take(fields).with(needed.clone());
                 }
                 None => {
-                    let (grid, layers, threads) = (&*job.setup.grid, &*job.setup.layers, &renderer.threads);
+                    let (grid, layers, threads) = (&*setup.grid, &*setup.layers, &renderer.threads);
                     let inputs = GatherInputs { threads, grid, layers, derivation_inputs: of_derived.collect() };
                     spread.push((decomposition, columns, inputs, needed.clone()));
                 }
@@ -61,10 +61,18 @@ impl Copies {
         Ok(())
     }
 
-    /// The gathered fields of a job; `None` if it is rendered from this rank's own copies.
-    pub fn gathered(&self, job: &Job) -> Option<&NodeFields> {
-        let (decomposition, _) = columns(job)?;
+    /// The gathered fields of a frame; `None` if it is rendered from this rank's own copies.
+    pub fn gathered(&self, setup: &FrameSetup) -> Option<&NodeFields> {
+        let (decomposition, _) = setup.columns()?;
         self.gathered.iter().find(|(known, _)| Arc::ptr_eq(known, decomposition)).map(|(_, gathered)| gathered)
+    }
+
+    /// Checks that a frame can be rendered from the gathered columns.
+    pub fn check_gathered(&self, setup: &FrameSetup) -> Result<()> {
+        let Some(gathered) = self.gathered(setup) else { return Ok(()) };
+        let fields = gathered.fields()?;
+        let FrameSetup { scene, grid, layers, .. } = setup;
+        Plan::new(scene, gathered.grid(grid), layers, fields.first(scene.field())?).map(drop)
     }
 
     /// This rank's own copies.
@@ -86,33 +94,4 @@ impl fmt::Debug for Copies {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "copies of {} bytes", self.bytes())
     }
-}
-
-/// The columns of a job's grid that this rank has; `None` if it has the whole grid.
-fn columns(job: &Job) -> Option<(&Arc<Decomposition>, &Columns)> {
-    match job.setup.decomposition.as_ref() {
-        Some(decomposition) => match &**decomposition {
-            Decomposition::Columns(columns) => Some((decomposition, columns)),
-            Decomposition::Whole => None,
-        },
-        None => None,
-    }
-}
-
-/// The fields that a job needs, if `fields` suffice to render it. For ranks with columns, gathering checks that.
-pub(super) fn needed<'f>(job: &Job, fields: &Fields<'f>) -> Result<Fields<'f>> {
-    let FrameSetup { scene, grid, layers, .. } = &job.setup;
-    let needed = fields.needed_by(scene)?;
-    if let (Some(first), None) = (needed.each().next(), columns(job)) {
-        Plan::new(scene, grid, layers, first)?;
-    }
-    Ok(needed)
-}
-
-/// Checks that a job can be rendered from the gathered columns.
-pub(super) fn check_gathered(job: &Job, copies: &Copies) -> Result<()> {
-    let Some(gathered) = copies.gathered(job) else { return Ok(()) };
-    let fields = gathered.fields()?;
-    let FrameSetup { scene, grid, layers, .. } = &job.setup;
-    Plan::new(scene, gathered.grid(grid), layers, fields.first(scene.field())?).map(drop)
 }

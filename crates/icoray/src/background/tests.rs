@@ -1,6 +1,7 @@
 //! Frames drawn from copies: equal pictures, and failures.
 
 use super::*;
+use crate::fields::Fields;
 use crate::ranks::Decomposition;
 use icoray_grid::{Field, Grid, IcosahedralMesh, Layers, Location, Shape};
 use icoray_output::Frame;
@@ -58,15 +59,22 @@ impl Fixture {
         Background::new(Arc::clone(&self.renderer), Arc::clone(&self.writer)).unwrap()
     }
 
-    fn job(&self, step: i64) -> Job {
-        let setup = FrameSetup {
+    fn setup(&self, step: i64) -> FrameSetup {
+        FrameSetup {
+            view: String::new(),
             scene: Arc::clone(&self.scene),
             grid: Arc::clone(&self.grid),
             decomposition: None,
             layers: Arc::clone(&self.layers),
             descriptions: BTreeMap::new(),
-        };
-        Job { setup, stamp: Stamp { step, ..Stamp::default() }, notes: Vec::new() }
+            stamp: Stamp { step, ..Stamp::default() },
+            notes: Vec::new(),
+        }
+    }
+
+    /// Submits the frame of a step alone.
+    fn submit<'f>(&self, background: &mut Background, step: i64, fields: impl Into<Fields<'f>>) -> Result<Accepted> {
+        submit(background, &mut Ranks::alone(), FrameInputs { setup: self.setup(step), fields: fields.into() })
     }
 
     /// Values of a step, in another layout at each.
@@ -98,6 +106,13 @@ impl Fixture {
     }
 }
 
+/// Submits one frame; the error is that for which it was refused.
+fn submit(background: &mut Background, ranks: &mut Ranks, frame: FrameInputs) -> Result<Accepted> {
+    let mut refused = Vec::new();
+    let accepted = background.submit(ranks, vec![frame], &mut refused);
+    refused.pop().map_or(accepted, |(_, error)| Err(error))
+}
+
 /// Red, green, blue, opacity of a picture on disk.
 fn read(path: &Path) -> Vec<[f32; 4]> {
     image::open(path).unwrap().to_rgba32f().pixels().map(|p| p.0).collect()
@@ -112,7 +127,7 @@ fn pictures_are_those_of_the_fields_when_they_were_handed_over() {
         let (mut values, shape, location) = fixture.values(step);
         let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
         expected.push(fixture.draw(&field));
-        let accepted = background.submit(fixture.job(step), &field).unwrap();
+        let accepted = fixture.submit(&mut background, step, &field).unwrap();
         assert_eq!(accepted.bytes_copied, 8 * values.len() as u64);
         assert!(accepted.copy_s > 0.0 && (step > 1 || accepted.waited_s == 0.0), "{accepted:?}");
         // The model computes on.
@@ -142,16 +157,16 @@ fn pictures_are_those_of_the_fields_when_they_were_handed_over() {
 }
 
 #[test]
-fn errors_of_a_job_are_returned_at_once() {
+fn errors_of_a_frame_are_returned_at_once() {
     let fixture = Fixture::new();
     let mut background = fixture.background();
     let field = fixture.field(1);
-    let few = Field::new((&[0.5; 15][..]).into(), Shape::level_fastest(5, 3), Location::Center, None).unwrap();
-    assert_eq!(background.submit(fixture.job(1), &few).unwrap_err().kind(), ErrorKind::Field);
-    background.submit(fixture.job(1), &field).unwrap();
+    let few = Field::level_fastest(&[0.5; 15][..], 3, Location::Center).unwrap();
+    assert_eq!(fixture.submit(&mut background, 1, &few).unwrap_err().kind(), ErrorKind::Field);
+    fixture.submit(&mut background, 1, &field).unwrap();
     // Drawn, perhaps waiting to be written, perhaps written.
-    assert_eq!(background.submit(fixture.job(1), &field).unwrap_err().kind(), ErrorKind::Exists);
-    background.submit(fixture.job(2), &field).unwrap();
+    assert_eq!(fixture.submit(&mut background, 1, &field).unwrap_err().kind(), ErrorKind::Exists);
+    fixture.submit(&mut background, 2, &field).unwrap();
     background.wait();
     let steps: Vec<_> = background.take_outcomes().kept.iter().map(|d| d.stamp.step).collect();
     assert_eq!(steps, [1, 2]);
@@ -162,9 +177,9 @@ fn a_frame_waits_for_the_one_before_and_a_panic_is_an_outcome() {
     let fixture = Fixture::new();
     let (renderer, writer) = (Arc::clone(&fixture.renderer), Arc::clone(&fixture.writer));
     let (gate, passed) = channel::<()>();
-    let mut background = Background::with(renderer, writer, Ranks::alone(), None, move |_, job, copies, _| {
+    let mut background = Background::with(renderer, writer, Ranks::alone(), None, move |_, setup, copies, _| {
         passed.recv().unwrap();
-        match job.stamp.step {
+        match setup.stamp.step {
             1 => panic!("bad luck"),
             2 => Err(Error::new(ErrorKind::Field, "no luck")),
             _ => Ok((FrameReport { missing_values: copies.bytes(), ..FrameReport::default() }, None)),
@@ -172,11 +187,11 @@ fn a_frame_waits_for_the_one_before_and_a_panic_is_an_outcome() {
     })
     .unwrap();
     let field = fixture.field(1);
-    assert_eq!(background.submit(fixture.job(1), &field).unwrap().waited_s, 0.0);
+    assert_eq!(fixture.submit(&mut background, 1, &field).unwrap().waited_s, 0.0);
     assert!(background.take_outcomes().kept.is_empty());
     for step in 2..=3 {
         gate.send(()).unwrap();
-        assert!(background.submit(fixture.job(step), &field).unwrap().waited_s > 0.0);
+        assert!(fixture.submit(&mut background, step, &field).unwrap().waited_s > 0.0);
     }
     gate.send(()).unwrap();
     background.wait();
@@ -225,11 +240,11 @@ fn all_that_a_scene_needs_is_copied_and_nothing_else() {
         let mut center = vec![level; 3 * cells];
         let mut corner = vec![-level as f32; 3 * corners];
         let at_centers = Field::new(center.as_slice().into(), Shape::cell_fastest(cells, 3), Location::Center, None);
-        let at_corners = Field::new(corner.as_slice().into(), Shape::level_fastest(corners, 3), Location::Corner, None);
+        let at_corners = Field::level_fastest(&corner, 3, Location::Corner);
         let (at_centers, at_corners) = (at_centers.unwrap(), at_corners.unwrap());
         let fields = Fields::new([("more", at_centers), ("t", at_corners), ("q", at_centers), ("u", at_centers)])
             .with_heights(at_centers);
-        background.submit(fixture.job(step), fields).unwrap();
+        fixture.submit(&mut background, step, fields).unwrap();
         // The model computes on.
         center.fill(f64::NAN);
         corner.fill(f32::NAN);
@@ -248,7 +263,7 @@ fn a_missing_field_is_an_error_at_once() {
     fixture.scene = Arc::new(rich(&fixture.scene));
     let mut background = fixture.background();
     let mut refused = |fields: Fields| {
-        let error = background.submit(fixture.job(1), fields).unwrap_err();
+        let error = fixture.submit(&mut background, 1, fields).unwrap_err();
         (error.kind(), error.context().to_owned())
     };
     let two = Fields::new([("q", field), ("t", field)]);
@@ -265,7 +280,7 @@ fn dropping_it_finishes_the_frame() {
     let fixture = Fixture::new();
     let field = fixture.field(1);
     let mut background = fixture.background();
-    background.submit(fixture.job(1), &field).unwrap();
+    fixture.submit(&mut background, 1, &field).unwrap();
     drop(background);
     fixture.writer.wait();
     assert!(fixture.folder.path().join("1.exr").is_file());
@@ -276,11 +291,11 @@ fn dropped_frames_of_the_writer_are_reported() {
     let fixture = Fixture::new();
     let field = fixture.field(1);
     let (renderer, writer) = (Arc::clone(&fixture.renderer), Arc::clone(&fixture.writer));
-    let mut background = Background::with(renderer, writer, Ranks::alone(), None, |_, job, _, _| {
-        Ok((FrameReport::default(), Some(Stamp { step: job.stamp.step - 1, ..Stamp::default() })))
+    let mut background = Background::with(renderer, writer, Ranks::alone(), None, |_, setup, _, _| {
+        Ok((FrameReport::default(), Some(Stamp { step: setup.stamp.step - 1, ..Stamp::default() })))
     })
     .unwrap();
-    background.submit(fixture.job(8), &field).unwrap();
+    fixture.submit(&mut background, 8, &field).unwrap();
     background.wait();
     assert_eq!(background.take_outcomes().kept[0].dropped.as_ref().unwrap().step, 7);
 }
@@ -292,17 +307,17 @@ fn frames_of_a_step_are_drawn_of_one_copy() {
     let fixture = Fixture::new();
     let field = fixture.field(1);
     let fields = || Fields::new(["q", "t", "u", "more"].map(|name| (name, field)));
-    let job = |shown: &str, file: &str| {
+    let frame = |shown: &str, file: &str| {
         let mut scene = (*fixture.scene).clone();
         scene.volumes[0].field = shown.into();
         scene.output.file = Scene::parse(&SCENE.replace("{step}", file)).unwrap().output.file;
-        let Job { setup, stamp, notes } = fixture.job(5);
-        Job { setup: FrameSetup { scene: Arc::new(scene), ..setup }, stamp, notes }
+        let setup = FrameSetup { scene: Arc::new(scene), ..fixture.setup(5) };
+        FrameInputs { setup, fields: fields() }
     };
     let mut background = fixture.background();
-    let jobs = vec![job("q", "a"), job("lost", "b"), job("t", "c"), job("q", "d")];
+    let frames = vec![frame("q", "a"), frame("lost", "b"), frame("t", "c"), frame("q", "d")];
     let mut refused = Vec::new();
-    let accepted = background.submit_all(&mut Ranks::alone(), jobs, fields(), &mut refused).unwrap();
+    let accepted = background.submit(&mut Ranks::alone(), frames, &mut refused).unwrap();
     assert_eq!(accepted.bytes_copied, 2 * fixture.bytes(1));
     assert_eq!((refused.len(), refused[0].0, refused[0].1.kind()), (1, 1, ErrorKind::Scene));
     background.wait();
@@ -315,6 +330,6 @@ fn frames_of_a_step_are_drawn_of_one_copy() {
     assert_eq!(said, [(true, accepted.bytes_copied), (false, 0), (false, 0)]);
     // Names of the step before are taken; nothing is copied where nothing is left.
     let mut refused = Vec::new();
-    let accepted = background.submit_all(&mut Ranks::alone(), vec![job("q", "a")], fields(), &mut refused).unwrap();
+    let accepted = background.submit(&mut Ranks::alone(), vec![frame("q", "a")], &mut refused).unwrap();
     assert_eq!((accepted.bytes_copied, refused[0].1.kind()), (0, ErrorKind::Exists));
 }

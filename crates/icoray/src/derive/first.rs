@@ -3,8 +3,7 @@
 use super::FieldLayout;
 use super::run::{Operation, fill};
 use icoray_grid::threads::Threads;
-use icoray_grid::{Error, ErrorKind, Result};
-use icoray_grid::{Field, OwnedReals};
+use icoray_grid::{Error, ErrorKind, Field, OwnedReals, Result};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Maximum number of stored fields: bounds the memory if a host generates ever new names.

@@ -13,30 +13,16 @@ mod run;
 mod zonal;
 
 use crate::fields::Fields;
-use crate::ranks::{Part, Ranks};
+use crate::ranks::Ranks;
+use crate::render_inputs::RenderInputs;
 use first::FirstFrames;
-use icoray_grid::Shape;
-use icoray_grid::memory;
 use icoray_grid::threads::Threads;
-use icoray_grid::{Error, ErrorKind, Result};
-use icoray_grid::{Field, Location};
-use icoray_grid::{Grid, OwnedReals, Reals};
+use icoray_grid::{Error, ErrorKind, Field, Location, OwnedReals, Reals, Result, Shape, memory};
 use icoray_scene::{How, Scene};
 use resolve::NeededDerivations;
 use run::{Operation, fill};
 use std::sync::{Mutex, PoisonError};
 use zonal::Means;
-
-/// The inputs of derived fields.
-#[derive(Clone, Copy)]
-pub(crate) struct DeriveInputs<'g> {
-    pub scene: &'g Scene,
-    pub fields: &'g Fields<'g>,
-    pub grid: &'g Grid<'g>,
-    /// The rank's part of the grid: only its own cells count in means. `None` is the whole grid.
-    pub part: Option<&'g Part>,
-    pub threads: &'g Threads,
-}
 
 /// The renderer's state between frames: fields of first frames, and buffers to reuse.
 #[derive(Debug, Default)]
@@ -140,7 +126,12 @@ impl DerivedFieldCache {
 /// The same on all ranks: [`ErrorKind::Scene`] where a field is not there or a band of latitude has no width;
 /// [`ErrorKind::Field`] where inputs lie at different places or do not fit the grid; [`ErrorKind::Mpi`] where ranks
 /// derive different fields or the transport fails.
-pub(crate) fn make(ranks: &mut Ranks, kept: &DerivedFieldCache, given: &DeriveInputs) -> Result<Option<DerivedFields>> {
+pub(crate) fn make(
+    ranks: &mut Ranks,
+    kept: &DerivedFieldCache,
+    threads: &Threads,
+    given: &RenderInputs,
+) -> Result<Option<DerivedFields>> {
     if given.scene.scenery.derived.is_empty() {
         return Ok(None);
     }
@@ -154,13 +145,13 @@ pub(crate) fn make(ranks: &mut Ranks, kept: &DerivedFieldCache, given: &DeriveIn
         let inputs = ranks.attempt(|| inputs(&of, how).map_err(|e| e.within(format!("{name:?}"))));
         let inputs = ranks.collective(inputs)?;
         let means = match how {
-            How::FromZonalMean { band_deg, .. } => Some(Means::of(ranks, given, &inputs[0], *band_deg)?),
+            How::FromZonalMean { band_deg, .. } => Some(Means::of(ranks, threads, given, &inputs[0], *band_deg)?),
             _ => None,
         };
         let at = FieldLayout::of(&inputs[0]);
         let values = ranks.attempt(|| {
             let room = kept.room_for(&inputs);
-            let fill = |inputs: &[Field], operation| Ok(given.threads.run(|| fill(room, inputs, &operation)));
+            let fill = |inputs: &[Field], operation| Ok(threads.run(|| fill(room, inputs, &operation)));
             match how {
                 How::Magnitude(_) => fill(&inputs, Operation::Magnitude),
                 How::Combination(terms) => {
@@ -168,7 +159,7 @@ pub(crate) fn make(ranks: &mut Ranks, kept: &DerivedFieldCache, given: &DeriveIn
                 }
                 How::FromZonalMean { .. } => fill(&inputs, Operation::FromMeans(means.as_ref().expect("found above"))),
                 How::FromFirst(_) => {
-                    let first = kept.firsts.of(&one.origin, &inputs[0], given.threads)?;
+                    let first = kept.firsts.of(&one.origin, &inputs[0], threads)?;
                     fill(&[inputs[0], at.field(&first)], Operation::Sum(vec![1.0, -1.0]))
                 }
             }

@@ -4,9 +4,8 @@
 use super::FieldLayout;
 use super::zonal::Means;
 use fearless_simd::{Level, dispatch};
-use icoray_grid::Field;
 use icoray_grid::sample::Sample;
-use icoray_grid::{OwnedReals, Reals};
+use icoray_grid::{Field, OwnedReals, Reals};
 use rayon::prelude::*;
 use std::ops::Range;
 

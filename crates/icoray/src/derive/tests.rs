@@ -1,9 +1,10 @@
 //! Derived fields of synthetic ones, against their definitions, in all layouts, over threads and ranks.
 
 use super::*;
+use crate::ranks::Part;
 use crate::ranks::tests::on_ranks;
 use crate::render::Renderer;
-use icoray_grid::{IcosahedralMesh, Layers};
+use icoray_grid::{Grid, IcosahedralMesh, Layers};
 use icoray_scene::{Derivation, Opacity};
 
 mod zonal;
@@ -107,12 +108,17 @@ impl World {
         look: impl FnOnce(&Fields, &DerivedFields) -> R,
     ) -> Result<R> {
         let grid = Grid::new(self.mesh.tables()).unwrap();
-        let given = DeriveInputs { scene, fields, grid: &grid, part: None, threads: &self.threads };
-        let made = make(&mut Ranks::alone(), kept, &given)?.expect("there are derived fields");
+        let given = RenderInputs { scene, grid: &grid, part: None, layers: &layers(), fields };
+        let made = make(&mut Ranks::alone(), kept, &self.threads, &given)?.expect("there are derived fields");
         let found = look(&made.fields(fields), &made);
         kept.keep(made);
         Ok(found)
     }
+}
+
+/// Layers, which derived fields do not read.
+fn layers() -> Layers {
+    Layers::from_heights(&[0.0, 1.0], 6.371e6).unwrap()
 }
 
 /// All columns and layers, level-fastest.

@@ -9,12 +9,12 @@
 //! Values are summed as integers, in units of 2⁻⁶² of the layer's largest value: sums do not depend on the order, so
 //! means are equal to the last bit for any number of threads and ranks.
 
+use super::FieldLayout;
 use super::run::load;
-use super::{DeriveInputs, FieldLayout};
 use crate::ranks::{Part, Ranks, decode_list, encode_lists};
-use icoray_grid::Reals;
-use icoray_grid::{Error, ErrorKind, Result};
-use icoray_grid::{Field, Location};
+use crate::render_inputs::RenderInputs;
+use icoray_grid::threads::Threads;
+use icoray_grid::{Error, ErrorKind, Field, Location, Reals, Result};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -51,7 +51,7 @@ impl AddAssign for Sum {
 
 /// The columns of a field that enter the means.
 struct Counted<'c> {
-    given: &'c DeriveInputs<'c>,
+    given: &'c RenderInputs<'c>,
     field: &'c Field<'c>,
     latitude_rad: Reals<'c>,
 }
@@ -63,7 +63,13 @@ fn place(latitude_rad: f64, bands: usize) -> f64 {
 
 impl<'m> Means<'m> {
     /// The zonal means of a field over a grid's cells or corners. Collective.
-    pub fn of(ranks: &mut Ranks, given: &'m DeriveInputs<'m>, field: &'m Field<'m>, band_deg: f64) -> Result<Self> {
+    pub fn of(
+        ranks: &mut Ranks,
+        threads: &Threads,
+        given: &'m RenderInputs<'m>,
+        field: &'m Field<'m>,
+        band_deg: f64,
+    ) -> Result<Self> {
         let counted = ranks.attempt(|| Counted::new(given, field, band_deg));
         // All ranks exchange the same number of values.
         let (counted, bands) = ranks.agree_all(counted, |(counted, _)| {
@@ -71,13 +77,13 @@ impl<'m> Means<'m> {
             vec![("takes means of a field of", format!("{layers} layers at {location:?}"))]
         })?;
         let shared = given.part.is_some();
-        let most = ranks.attempt(|| Ok(given.threads.run(|| counted.most())));
+        let most = ranks.attempt(|| Ok(threads.run(|| counted.most())));
         let mut most = ranks.collective(most)?;
         if shared {
             most = greatest(ranks, most)?;
         }
         let scale: Vec<f64> = most.into_iter().map(scale).collect();
-        let sums = ranks.attempt(|| Ok(given.threads.run(|| counted.sums(&scale, bands))));
+        let sums = ranks.attempt(|| Ok(threads.run(|| counted.sums(&scale, bands))));
         let mut sums = ranks.collective(sums)?;
         if shared {
             sums = added(ranks, sums)?;
@@ -125,7 +131,7 @@ fn scale(most: f64) -> f64 {
 
 impl<'c> Counted<'c> {
     /// The field over its grid, and the number of bands.
-    fn new(given: &'c DeriveInputs<'c>, field: &'c Field<'c>, band_deg: f64) -> Result<(Self, usize)> {
+    fn new(given: &'c RenderInputs<'c>, field: &'c Field<'c>, band_deg: f64) -> Result<(Self, usize)> {
         if !(LEAST_DEG..=180.0).contains(&band_deg) {
             let context = format!("bands of {band_deg} degrees, expected {LEAST_DEG} to 180");
             return Err(Error::new(ErrorKind::Scene, context));
@@ -164,7 +170,7 @@ impl<'c> Counted<'c> {
     ) -> Vec<V> {
         let FieldLayout { columns, layers, .. } = FieldLayout::of(self.field);
         let runs = columns.div_ceil(RUN);
-        let most = runs.div_ceil(4 * self.given.threads.count()).max(8);
+        let most = runs.div_ceil(4 * rayon::current_num_threads()).max(8);
         let nothing = || vec![V::default(); size];
         let of_run = |(mut all, mut values): (Vec<V>, Vec<f64>), run: usize| {
             let columns = run * RUN..(run * RUN + RUN).min(columns);

@@ -7,8 +7,7 @@ pub mod light;
 use super::Span;
 use icoray_grid::real::Real;
 use icoray_kernel::lit::{HALVINGS_ALONG, HALVINGS_AT_START, Lit};
-use icoray_kernel::piece;
-use icoray_kernel::piece::{ErrorBudget, Radiance};
+use icoray_kernel::piece::{self, ErrorBudget, Radiance};
 use icoray_kernel::segment::Segment;
 use icoray_scene::Method;
 

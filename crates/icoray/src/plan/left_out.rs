@@ -1,8 +1,7 @@
 //! Description of data that a scene does not need and that would cost bytes or time.
 
 use icoray_grid::Grid;
-use icoray_scene::Method;
-use icoray_scene::{Ground, Heights, Pattern, Scene};
+use icoray_scene::{Ground, Heights, Method, Pattern, Scene};
 
 /// The table of the corners of cells, with which fields at corners are averaged.
 pub(crate) const CELL_CORNER: &str = "table cell_corner";

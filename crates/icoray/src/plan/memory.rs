@@ -1,9 +1,7 @@
 //! The memory that a frame takes, computed before it is allocated.
 
 use super::{Plan, Savings};
-use icoray_grid::Grid;
-use icoray_grid::Result;
-use icoray_grid::memory;
+use icoray_grid::{Grid, Result, memory};
 use icoray_kernel::empty_space_skipping::{clear_knots, clear_ranges};
 use icoray_kernel::packets;
 use icoray_kernel::transfer::{KernelKnot, Spans};

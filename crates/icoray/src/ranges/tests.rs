@@ -2,9 +2,7 @@
 
 use super::*;
 use crate::ranks::tests::on_ranks;
-use icoray_grid::Location;
-use icoray_grid::Shape;
-use icoray_grid::{Grid, IcosahedralMesh};
+use icoray_grid::{Grid, IcosahedralMesh, Location, Shape};
 use icoray_test_support::Random;
 
 fn scene(range: &str, more: &str) -> Scene {
@@ -171,7 +169,7 @@ fn a_centre_stays_in_the_middle_and_views_share_a_range() {
 #[test]
 fn a_scene_with_a_range_of_its_own_is_not_touched() {
     let threads = Threads::new(1).unwrap();
-    let field = Field::new((&[1.0f64; 4][..]).into(), Shape::level_fastest(1, 4), Location::Center, None).unwrap();
+    let field = Field::level_fastest(&[1.0f64; 4][..], 4, Location::Center).unwrap();
     let values = FieldValues { threads: &threads, field: &field, part: None };
     for more in ["", "scale = \"symlog\"\nthreshold = 0.1", "center = 0"] {
         let scene = scene("[0, 1]", more);
@@ -185,8 +183,7 @@ fn parts_find_the_range_of_the_whole() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let grid = Grid::new(mesh.tables()).unwrap();
     let values: Vec<f64> = (0..grid.cells() * 2).map(|i| ((i * 7919) % 3001) as f64).collect();
-    let field =
-        Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 2), Location::Center, None).unwrap();
+    let field = Field::level_fastest(&values, 2, Location::Center).unwrap();
     let scene = scene("{ percentile = [2, 97] }", "");
     let alone = Threads::new(2).unwrap();
     let whole = FieldValues { threads: &alone, field: &field, part: None };

@@ -1,7 +1,6 @@
 //! The model's description of a rank's cells and corners: their ownership and their numbers in the whole grid.
 
-use icoray_grid::{Error, ErrorKind, Result};
-use icoray_grid::{Grid, Indices};
+use icoray_grid::{Error, ErrorKind, Grid, Indices, Result};
 
 /// Marks the number of a missing cell.
 pub(super) const NONE: u64 = u64::MAX;

@@ -10,8 +10,7 @@ use super::mesh::{Corner, Numbers};
 use super::supply::ColumnLookup;
 use super::wire::{decode_lists, encode_lists};
 use bytemuck::Pod;
-use icoray_grid::{CornerColumns, Field, OwnedReals, Reals, Shape};
-use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{CornerColumns, Error, ErrorKind, Field, OwnedReals, Reals, Result, Shape};
 
 /// The exchange of columns at corners between the ranks of a decomposition.
 #[derive(Debug, Clone)]

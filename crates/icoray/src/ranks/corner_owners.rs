@@ -5,8 +5,7 @@
 use super::cells::{Numbered, PartCorners};
 use super::wire::{decode_lists, encode_lists};
 use super::{Ranks, bad};
-use icoray_grid::Grid;
-use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{Error, ErrorKind, Grid, Result};
 use std::collections::HashMap;
 
 /// The numbers of the corners of this rank's tables, and marks of its own ones.

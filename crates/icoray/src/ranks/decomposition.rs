@@ -2,10 +2,7 @@
 
 use super::part::Agreed;
 use super::{Columns, PartCells, PartCorners, Ranks, bad};
-use icoray_grid::Field;
-use icoray_grid::Grid;
-use icoray_grid::Layers;
-use icoray_grid::Result;
+use icoray_grid::{Field, Grid, Layers, Result};
 
 /// Distribution of a grid and the fields over it; the same kind on all ranks.
 #[derive(Debug, Clone)]

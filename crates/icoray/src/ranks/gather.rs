@@ -1,8 +1,7 @@
 //! The tiles of a frame: their assignment to ranks, their gathering at rank 0, and the broadcast of the outcome.
 
 use super::load_balance::{TileCosts, assign_tiles};
-use super::packed;
-use super::packed::Sent;
+use super::packed::{self, Sent};
 use super::wire::{WireError, decode, encode};
 use super::{NAP, Ranks, Team};
 use crate::raster::{Raster, Tile, Tiling};

@@ -4,10 +4,12 @@ use super::tree::{Link, Message, Tree};
 use super::{NodeMemory, NodeShare, PointToPoint, Team};
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use icoray_grid::{Error, ErrorKind, Result};
+use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::sync::{Arc, Barrier, Mutex, PoisonError};
+use std::thread;
 
-/// One rank of a [`local_team`].
+/// One rank of [`local_nodes`].
 #[derive(Debug)]
 pub struct LocalTeam {
     tree: Tree<Channels>,
@@ -33,12 +35,25 @@ struct LocalNode {
     meet: Barrier,
 }
 
-/// Makes `size` ranks, each to be moved to a thread of its own.
+/// The results of `work` on each rank of [`local_nodes`], a thread each.
+///
+/// # Panics
+/// If `work` panics on a rank.
+pub fn on_local_nodes<R: Send>(node_of: &[usize], work: impl Fn(LocalTeam) -> R + Sync) -> Vec<R> {
+    let work = &work;
+    thread::scope(|scope| {
+        let threads: Vec<_> = local_nodes(node_of).into_iter().map(|team| scope.spawn(move || work(team))).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
+    })
+}
+
+/// Makes `size` ranks on one node, as [`local_nodes`] does.
 pub fn local_team(size: usize) -> Vec<LocalTeam> {
     local_nodes(&vec![0; size])
 }
 
-/// Ranks on nodes: `node_of` has a number for each rank, equal for the ranks of a node.
+/// Makes ranks on nodes, each to be moved to a thread of its own: `node_of` has a number for each rank, equal for the
+/// ranks of a node.
 pub fn local_nodes(node_of: &[usize]) -> Vec<LocalTeam> {
     let mut nodes: Vec<Arc<LocalNode>> = Vec::new();
     let (to, from): (Vec<_>, Vec<_>) = node_of.iter().map(|_| unbounded()).unzip();

@@ -3,7 +3,7 @@
 //! data, every node makes one copy of them, and one mesh of the parts of its ranks.
 //!
 //! A [`Team`] transports bytes between ranks. This module defines the messages, which are the same over MPI and between
-//! threads ([`local_team`]). One rule excludes deadlocks: ranks communicate in phases that each of them enters, even
+//! threads ([`local_nodes`]). One rule excludes deadlocks: ranks communicate in phases that each of them enters, even
 //! after an error, and every phase ends with the same outcome on all. A frame has three:
 //!
 //! 1. [`Ranks::agree`] compares the ranks' inputs and states, and sends the values that rank 0 decides. It is repeated
@@ -46,7 +46,7 @@ pub(crate) use columns::GatherInputs;
 pub use communicator_team::CommunicatorTeam;
 pub use decomposition::{Decomposition, DistributedGrid};
 pub(crate) use gather::{FrameSummary, TileAssignment};
-pub use local::{LocalTeam, local_nodes, local_team};
+pub use local::{LocalTeam, local_nodes, local_team, on_local_nodes};
 pub use message_queue::{Communicator, MessageQueue};
 use node::Returned;
 pub(crate) use node::{LentNode, Node};

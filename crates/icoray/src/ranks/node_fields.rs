@@ -3,10 +3,7 @@
 use super::columns::NodeGrid;
 use super::{Node, Part, Ranks};
 use crate::fields::Fields;
-use icoray_grid::Shape;
-use icoray_grid::{Error, ErrorKind, Result};
-use icoray_grid::{Field, Location};
-use icoray_grid::{Grid, Reals};
+use icoray_grid::{Error, ErrorKind, Field, Grid, Location, Reals, Result, Shape};
 use std::sync::Arc;
 
 /// A field's place in a node's memory and its form there: level-fastest.

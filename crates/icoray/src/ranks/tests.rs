@@ -4,9 +4,8 @@ use super::*;
 use crate::fields::Fields;
 use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling, trace};
 use crate::render::{Rendered, Renderer};
-use icoray_grid::ErrorKind;
 use icoray_grid::threads::Threads;
-use icoray_grid::{Field, Grid, IcosahedralMesh, Layers, Location, Shape};
+use icoray_grid::{ErrorKind, Field, Grid, IcosahedralMesh, Layers, Location};
 use icoray_kernel::Counts;
 use icoray_output::{Frame, FrameReport};
 use icoray_scene::{Scene, Volume};
@@ -38,8 +37,7 @@ impl ModelData {
     }
 
     fn field(&self) -> Field<'_> {
-        let shape = Shape::level_fastest(self.mesh.cells(), LAYERS);
-        Field::new(self.values.as_slice().into(), shape, Location::Center, None).unwrap()
+        Field::level_fastest(&self.values, LAYERS, Location::Center).unwrap()
     }
 }
 
@@ -59,17 +57,7 @@ pub(crate) fn on_ranks<R: Send>(size: usize, work: impl Fn(&mut Ranks) -> R + Sy
 
 /// The same on several nodes.
 fn on_nodes<R: Send>(node_of: &[usize], work: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
-    on_teams(node_of, |team| work(&mut Ranks::new(Box::new(team))))
-}
-
-/// The same of the teams that ranks talk by.
-pub(crate) fn on_teams<R: Send>(node_of: &[usize], work: impl Fn(LocalTeam) -> R + Sync) -> Vec<R> {
-    let work = &work;
-    thread::scope(|scope| {
-        let team = |team| scope.spawn(move || work(team));
-        let threads: Vec<_> = local_nodes(node_of).into_iter().map(team).collect();
-        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
-    })
+    on_local_nodes(node_of, |team| work(&mut Ranks::new(Box::new(team))))
 }
 
 /// Two frames over `size` ranks: dealt blindly, then by cost. The picture, and the reports of the others.
@@ -281,7 +269,7 @@ fn a_panic_on_one_rank_is_the_error_of_all() {
 fn tiles_are_on_their_way_while_others_are_drawn() {
     let raster = Raster { width: 20, height: 4, step: 1 };
     let taken = Arc::new(AtomicUsize::new(0));
-    on_teams(&[0; 2], |team| {
+    on_local_nodes(&[0; 2], |team| {
         let ranks = &mut Ranks::new(Box::new(Counted { team, taken: taken.clone() }));
         let rank = ranks.rank();
         let threads = Threads::new(1).unwrap();

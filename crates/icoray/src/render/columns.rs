@@ -1,14 +1,12 @@
 //! Renders fields whose columns are distributed over ranks: each node gathers whole fields and draws from them.
 
-use super::context::RenderInputs;
 use super::rendered::Rendered;
 use super::renderer::Renderer;
 use crate::fields::Fields;
 use crate::plan::CELL_CORNER;
 use crate::ranks::{Columns, Decomposition, DistributedGrid, GatherInputs, NodeFields, Ranks};
-use icoray_grid::Grid;
-use icoray_grid::Layers;
-use icoray_grid::Result;
+use crate::render_inputs::RenderInputs;
+use icoray_grid::{Grid, Layers, Result};
 use icoray_scene::Scene;
 use std::time::Instant;
 
@@ -59,7 +57,10 @@ impl Renderer {
         let DistributedGrid { grid, decomposition, layers } = data;
         match decomposition {
             Some(Decomposition::Columns(columns)) => self.render_columns(ranks, scene, grid, columns, layers, fields),
-            Some(Decomposition::Whole) | None => self.render_over(ranks, scene, grid, None, layers, fields),
+            Some(Decomposition::Whole) | None => {
+                let given = RenderInputs { scene, grid, part: None, layers, fields: &fields.into() };
+                self.render_since(Instant::now(), ranks, &given)
+            }
         }
     }
 
@@ -77,8 +78,8 @@ impl Renderer {
         if let (Some(error), Some(_)) = (&gathered.heights_error, fields.heights()) {
             return Err(error.clone());
         }
-        let given = RenderInputs { grid: gathered.grid(grid), part: gathered.part(), layers, fields: &fields };
-        let mut rendered = self.render_since(start, ranks, scene, &given)?;
+        let given = RenderInputs { scene, grid: gathered.grid(grid), part: gathered.part(), layers, fields: &fields };
+        let mut rendered = self.render_since(start, ranks, &given)?;
         let report = rendered.report_mut();
         report.bytes_derived += gathered.table_bytes() + gathered.bytes_averaged as usize;
         if gathered.are_averaged(&fields) {

@@ -1,25 +1,15 @@
-//! The inputs of a frame.
+//! A frame's scene, plan, grid and prepared fields.
 
 use super::devices::DeviceChoice;
 use super::frame_cache::Range;
 use super::prepared_field::PreparedField;
 use super::renderer::Renderer;
-use crate::fields::Fields;
 use crate::plan::Plan;
 use crate::ranks::Part;
 use icoray_grid::{Grid, Layers};
 use icoray_output::Sharing;
 use icoray_scene::Scene;
 use std::time::Instant;
-
-/// The data that the caller passes for rendering.
-#[derive(Clone, Copy)]
-pub(super) struct RenderInputs<'f> {
-    pub grid: &'f Grid<'f>,
-    pub part: Option<&'f Part>,
-    pub layers: &'f Layers,
-    pub fields: &'f Fields<'f>,
-}
 
 /// A frame's scene, plan, grid and fields, with the renderer and the device that draw it.
 pub(super) struct FrameContext<'f> {

@@ -2,13 +2,12 @@
 
 use super::context::FrameContext;
 use super::device::OnDevice;
-use super::frame_cache;
 use super::lazy::Lazy;
-use super::picture;
 use super::prepare::FieldSummary;
 use super::prepared_field::PreparedField;
 use super::rendered::Rendered;
 use super::work::{Painter, Rays, Work, budget};
+use super::{frame_cache, picture};
 use crate::device::{ClipRegion, Scenery};
 use crate::edges::Edges;
 use crate::ranks::Ranks;

@@ -2,10 +2,9 @@
 //! content if the next frame shows the same field.
 
 use crate::plan::FrameMemory;
-use icoray_grid::Grid;
 use icoray_grid::gradient::{Gradients, PartialGradients};
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_grid::{CenterField, Field};
+use icoray_grid::{CenterField, Field, Grid};
 use std::sync::{Mutex, PoisonError, Weak};
 
 /// Identifies a field over a grid. Both are borrowed and cannot have changed, so values computed for an equal key are
@@ -184,9 +183,7 @@ impl FrameCache {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icoray_grid::IcosahedralMesh;
-    use icoray_grid::Location;
-    use icoray_grid::Shape;
+    use icoray_grid::{IcosahedralMesh, Location};
 
     /// Values are found again for copies of the field over the same grid, once they were stored, and for no other.
     #[test]
@@ -194,8 +191,7 @@ mod tests {
         let mesh = IcosahedralMesh::new(2).unwrap();
         let grids = [Grid::new(mesh.tables()).unwrap(), Grid::new(mesh.tables()).unwrap()];
         let values = vec![0.5f32; 2 * grids[0].cells()];
-        let shape = Shape::level_fastest(grids[0].cells(), 2);
-        let field = || Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let field = || Field::level_fastest(&values, 2, Location::Center).unwrap();
         let (one, other) = (field(), field());
         let copy = one;
         let cache = FrameCache::default();
@@ -220,9 +216,7 @@ mod tests {
         let mesh = IcosahedralMesh::new(2).unwrap();
         let grid = Grid::new(mesh.tables()).unwrap();
         let values = vec![0.5f32; 2 * grid.cells()];
-        let field = || {
-            Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 2), Location::Center, None).unwrap()
-        };
+        let field = || Field::level_fastest(&values, 2, Location::Center).unwrap();
         let key = |clear: f64| OccupancyKey {
             source: SourceKey::new(&grid, &field()),
             falling: false,

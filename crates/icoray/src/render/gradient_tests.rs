@@ -3,7 +3,7 @@
 use super::Renderer;
 use super::frame_cache::GradientKey;
 use icoray_grid::gradient::PartialGradients;
-use icoray_grid::{Field, Grid, IcosahedralMesh, Layers, Location, Shape};
+use icoray_grid::{Field, Grid, IcosahedralMesh, Layers, Location};
 use icoray_scene::Scene;
 
 fn scene(camera: &str) -> Scene {
@@ -21,8 +21,7 @@ fn each_view_adds_the_gradients_that_it_needs() {
     let grid = Grid::new(mesh.tables()).unwrap();
     let layers = Layers::from_heights(&[0.0, 100e3, 200e3], 6.371e6).unwrap();
     let values: Vec<f32> = (0..mesh.cells() * 3).map(|i| (i as f32 * 0.37).sin().abs()).collect();
-    let shape = Shape::level_fastest(grid.cells(), 3);
-    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let field = Field::level_fastest(&values, 3, Location::Center).unwrap();
     let renderer = Renderer::new(1).unwrap();
     let mut computed = Vec::new();
     let views = ["lon = 10\nlat = 20", "lon = 10\nlat = 20", "lon = 200\nlat = -30"];

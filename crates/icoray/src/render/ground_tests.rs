@@ -7,7 +7,7 @@ use crate::ranks::tests::{on_ranks, picture};
 use crate::render::Renderer;
 use glam::DVec3;
 use icoray_grid::grid::unit_vector;
-use icoray_grid::{Field, Grid, IcosahedralMesh, Layers, Location, Shape};
+use icoray_grid::{Field, Grid, IcosahedralMesh, Layers, Location};
 use icoray_kernel::ground::{Ground, SurfaceHit};
 use icoray_output::Frame;
 use icoray_scene::{Backend, Camera, Level, Lines, Pattern, Quality, Scene, Scheme};
@@ -48,8 +48,7 @@ fn draw(scene: &Scene, renderer: impl Fn() -> Renderer + Sync, ranks: usize) -> 
     let values: Vec<f32> = (0..mesh.cells() * 3).map(|i| (i as f32 * 0.37).sin().abs()).collect();
     let drawn = on_ranks(ranks, |ranks| {
         let grid = Grid::new(mesh.tables()).unwrap();
-        let shape = Shape::level_fastest(grid.cells(), 3);
-        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let field = Field::level_fastest(&values, 3, Location::Center).unwrap();
         renderer().render_over(ranks, scene, &grid, None, &layers, &field).unwrap()
     });
     picture(drawn).0

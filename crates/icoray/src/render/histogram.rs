@@ -2,8 +2,7 @@
 
 use super::renderer::Renderer;
 use crate::ranks::{Decomposition, Ranks};
-use icoray_grid::Field;
-use icoray_grid::Result;
+use icoray_grid::{Field, Result};
 
 /// The distribution of a field's values.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,9 +61,9 @@ impl Renderer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ranks::{Owned, PartCells, local_team};
-    use icoray_grid::{Grid, IcosahedralMesh, Location, Shape};
-    use std::thread;
+    use crate::ranks::tests::on_ranks;
+    use crate::ranks::{Owned, PartCells};
+    use icoray_grid::{Grid, IcosahedralMesh, Location};
 
     #[test]
     fn each_value_counts_once_on_any_number_of_ranks() {
@@ -76,8 +75,7 @@ mod tests {
             rest => (rest * 100 + cell) as f32,
         };
         let values: Vec<f32> = (0..cells * layers).map(|at| value(at / layers, at % layers)).collect();
-        let shape = Shape::level_fastest(cells, layers);
-        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let field = Field::level_fastest(&values, layers, Location::Center).unwrap();
         let renderer = Renderer::new(1).unwrap();
         let alone = renderer.histogram(&mut Ranks::alone(), &field, None, 16).unwrap();
         let known = values.iter().filter(|value| !value.is_nan()).count() as u64;
@@ -86,18 +84,12 @@ mod tests {
 
         let global: Vec<i64> = (0..cells as i64).collect();
         let over = |is_decomposed: bool| {
-            let one = |team| {
-                let ranks = &mut Ranks::new(Box::new(team));
+            on_ranks(3, |ranks| {
                 let is_own = |cell: usize| cell * ranks.size() / cells == ranks.rank();
                 let marks: Vec<i32> = (0..cells).map(|cell| is_own(cell).into()).collect();
                 let said = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&marks) };
                 let decomposition = is_decomposed.then(|| Decomposition::new(ranks, &grid, &said).unwrap());
                 renderer.histogram(ranks, &field, decomposition.as_ref(), 16).unwrap()
-            };
-            let one = &one;
-            thread::scope(|scope| {
-                let all: Vec<_> = local_team(3).into_iter().map(|team| scope.spawn(move || one(team))).collect();
-                all.into_iter().map(|rank| rank.join().unwrap()).collect::<Vec<_>>()
             })
         };
         for is_decomposed in [false, true] {

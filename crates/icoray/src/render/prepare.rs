@@ -5,11 +5,9 @@ use super::work::requested_quality;
 use crate::plan::Circumstances;
 use crate::ranks::{Part, Ranks};
 use crate::time_budget::Deadline;
-use icoray_grid::Reals;
-use icoray_grid::Result;
-use icoray_grid::gradient;
-use icoray_grid::gradient::{GradientOptions, Gradients, PreparedSample};
+use icoray_grid::gradient::{self, GradientOptions, Gradients, PreparedSample};
 use icoray_grid::samples::Samples;
+use icoray_grid::{Reals, Result};
 use icoray_scene::{Lights, Quality};
 
 /// Range, missing values, quality and deadline of the first field.

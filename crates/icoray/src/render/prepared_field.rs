@@ -1,16 +1,14 @@
 //! Prepares the fields that a scene shows: averages them to cell centres and moves them to the layers of the first.
 //! Heights of columns are averaged to cell centres.
 
-use super::context::RenderInputs;
 use super::frame_cache::{FrameCache, MovedKey, SourceKey};
 use super::renderer::Renderer;
 use crate::plan::Plan;
 use crate::ranks::{HAS_WHOLE, Ranks};
+use crate::render_inputs::RenderInputs;
 use icoray_grid::heights::check_corners;
-use icoray_grid::{CenterField, Field, Location};
-use icoray_grid::{Error, ErrorKind, Result};
-use icoray_grid::{Grid, Reals};
-use icoray_scene::{Heights, Scene};
+use icoray_grid::{CenterField, Error, ErrorKind, Field, Grid, Location, Reals, Result};
+use icoray_scene::Heights;
 
 /// Maximum number of values of a field that ranks compare in a frame.
 const SAMPLES: usize = 4096;
@@ -72,16 +70,15 @@ impl PreparedField<'_> {
 }
 
 impl Renderer {
-    /// The fields that `scene` shows, the first one first; [`Plan::new`] has checked that one. If `has_whole`, each
+    /// The fields that the scene shows, the first one first; [`Plan::new`] has checked that one. If `has_whole`, each
     /// rank has all values, and they are compared. Collective.
     pub(super) fn prepare_fields<'f>(
         &self,
         ranks: &mut Ranks,
-        scene: &Scene,
         given: &RenderInputs<'f>,
         has_whole: bool,
     ) -> Result<Vec<PreparedField<'f>>> {
-        let RenderInputs { grid, part, layers, fields } = *given;
+        let RenderInputs { scene, grid, part, layers, fields } = *given;
         let mut prepared: Vec<PreparedField> = Vec::new();
         for name in scene.shown_fields() {
             let is_first = prepared.is_empty();
@@ -118,15 +115,14 @@ impl Renderer {
         Ok(prepared)
     }
 
-    /// The heights of columns, if `scene` requests native ones: those at corners are checked there and averaged.
+    /// The heights of columns, if the scene requests native ones: those at corners are checked there and averaged.
     /// Collective.
     pub(super) fn prepare_heights<'f>(
         &self,
         ranks: &mut Ranks,
-        scene: &Scene,
         given: &RenderInputs<'f>,
     ) -> Result<Option<PreparedField<'f>>> {
-        let RenderInputs { grid, part, layers, fields } = *given;
+        let RenderInputs { scene, grid, part, layers, fields } = *given;
         if scene.scenery.heights == Heights::Mean {
             return Ok(None);
         }

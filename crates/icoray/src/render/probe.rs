@@ -4,12 +4,13 @@
 //! frustum, surface and core that it passes is recorded (`icoray_kernel::passages`). Where ranks have parts of the grid,
 //! each records the ray in its own columns.
 
-use super::context::{FrameContext, RenderInputs};
+use super::context::FrameContext;
 use super::draw::{ProbedScene, RayPart};
 use super::renderer::Renderer;
 use super::work::ray;
 use crate::fields::Fields;
 use crate::ranks::{Decomposition, DistributedGrid, GatherInputs, Ranks};
+use crate::render_inputs::RenderInputs;
 use glam::DVec3;
 use icoray_grid::{Grid, Layers, Result};
 use icoray_scene::{Backend, Method, Paint, Precision, Scene};
@@ -89,8 +90,8 @@ impl Renderer {
         fields: impl Into<Fields<'f>>,
         at: [f64; 2],
     ) -> Result<Option<Probe>> {
-        let given = RenderInputs { grid, part: None, layers, fields: &fields.into() };
-        self.probe_inputs(&mut Ranks::alone(), scene, &given, at)
+        let given = RenderInputs { scene, grid, part: None, layers, fields: &fields.into() };
+        self.probe_inputs(&mut Ranks::alone(), &given, at)
     }
 
     /// As [`Self::probe`], for a grid that may be distributed over ranks. Collective; the result is on rank 0, others
@@ -116,20 +117,15 @@ impl Renderer {
         let gathered = columns.gather(ranks, &inputs, || fields.needed_by(scene))?;
         let needed = gathered.fields().and_then(|fields| fields.needed_by(scene));
         let found = ranks.collective(needed).and_then(|fields| {
-            let given = RenderInputs { grid: gathered.grid(grid), part: gathered.part(), layers, fields: &fields };
-            self.probe_inputs(ranks, scene, &given, at)
+            let (grid, part) = (gathered.grid(grid), gathered.part());
+            self.probe_inputs(ranks, &RenderInputs { scene, grid, part, layers, fields: &fields }, at)
         });
         gathered.leave(ranks);
         found
     }
 
-    fn probe_inputs(
-        &self,
-        ranks: &mut Ranks,
-        scene: &Scene,
-        given: &RenderInputs,
-        at: [f64; 2],
-    ) -> Result<Option<Probe>> {
+    fn probe_inputs(&self, ranks: &mut Ranks, given: &RenderInputs, at: [f64; 2]) -> Result<Option<Probe>> {
+        let scene = given.scene;
         let plain = Scene {
             lighting: None,
             precision: Precision::F64,
@@ -141,7 +137,7 @@ impl Renderer {
         };
         let place = [at[0] * f64::from(scene.width), at[1] * f64::from(scene.height)];
         let (eye, dir) = ray(scene, place);
-        self.in_context(Instant::now(), ranks, &plain, given, |context, ranks| {
+        self.in_context(Instant::now(), ranks, &RenderInputs { scene: &plain, ..*given }, |context, ranks| {
             let probed = ProbedScene::new(context, ranks)?;
             let parts = probed.record(ranks, eye, dir)?;
             let Some((mut probe, shown)) = (ProbedRay { context, eye, dir, parts: &parts }).probe() else {

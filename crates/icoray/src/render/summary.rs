@@ -2,8 +2,7 @@
 
 use super::renderer::Renderer;
 use crate::ranks::{Decomposition, Ranks};
-use icoray_grid::Field;
-use icoray_grid::Result;
+use icoray_grid::{Field, Result};
 use icoray_scene::{Statistic, Summary};
 
 impl Renderer {
@@ -38,11 +37,9 @@ impl Renderer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ranks::{Owned, PartCells, local_team};
-    use icoray_grid::Location;
-    use icoray_grid::Shape;
-    use icoray_grid::{ErrorKind, Grid, IcosahedralMesh};
-    use std::thread;
+    use crate::ranks::tests::on_ranks;
+    use crate::ranks::{Owned, PartCells};
+    use icoray_grid::{ErrorKind, Grid, IcosahedralMesh, Location};
 
     const ASKED: [Statistic; 3] = [Statistic::Min, Statistic::Max, Statistic::Mean];
     const LAYERS: usize = 3;
@@ -51,11 +48,7 @@ mod tests {
     fn over<T: Send>(ranks: usize, make: impl Fn(&mut Ranks, &Grid) -> T + Sync) -> Vec<T> {
         let mesh = IcosahedralMesh::new(2).unwrap();
         let grid = Grid::new(mesh.tables()).unwrap();
-        thread::scope(|scope| {
-            let one = |team| scope.spawn(|| make(&mut Ranks::new(Box::new(team)), &grid));
-            let all: Vec<_> = local_team(ranks).into_iter().map(one).collect();
-            all.into_iter().map(|one| one.join().unwrap()).collect()
-        })
+        on_ranks(ranks, |ranks| make(ranks, &grid))
     }
 
     /// A rank's number in each of its own columns, and what must not count in the others.
@@ -70,8 +63,7 @@ mod tests {
         at: Location,
         decomposition: Option<&Decomposition>,
     ) -> Result<Summary> {
-        let shape = Shape::level_fastest(values.len() / LAYERS, LAYERS);
-        let field = Field::new(values.into(), shape, at, None).unwrap();
+        let field = Field::level_fastest(values, LAYERS, at).unwrap();
         Renderer::new(1).unwrap().summary(ranks, &field, decomposition, &ASKED)
     }
 
@@ -100,8 +92,7 @@ mod tests {
                     Location::Corner => (grid.triangles(), ranks.rank()),
                 };
                 let zeros = vec![0.0f32; columns];
-                let shape = Shape::level_fastest(columns, 1);
-                let zeros = Field::new(zeros.as_slice().into(), shape, location, None).unwrap();
+                let zeros = Field::level_fastest(&zeros, 1, location).unwrap();
                 let is_own = decomposition.own_columns(&zeros).unwrap();
                 let values = values(columns, number, |column| is_own[column]);
                 let own = values.iter().filter(|value| **value < 1e9).count();

@@ -5,21 +5,17 @@ use super::device::OnDevice;
 use super::renderer::Renderer;
 use crate::edges::Edges;
 use crate::plan::budget::allowed;
-use crate::raster;
-use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling};
+use crate::raster::{self, Pixel, Raster, SamplePoint, Tile, Tiling};
 use crate::time_budget::Deadline;
 use glam::DVec3;
 use icoray_grid::array::MapInline;
-use icoray_kernel::Counts;
 use icoray_kernel::general::PaintedPlace;
 use icoray_kernel::ground::Ground;
 use icoray_kernel::piece::Radiance;
 use icoray_kernel::signature::BoundarySignature;
-use icoray_kernel::{Budget, PrimaryRay, Tracer};
+use icoray_kernel::{Budget, Counts, PrimaryRay, Tracer};
 use icoray_output::Certainty;
-use icoray_scene::Method;
-use icoray_scene::{Lights, Quality};
-use icoray_scene::{Precision, Scene};
+use icoray_scene::{Lights, Method, Precision, Quality, Scene};
 use rayon::prelude::*;
 
 /// The quality that the scene requests.

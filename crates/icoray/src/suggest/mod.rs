@@ -27,7 +27,7 @@
 //! let grid = Grid::new(mesh.tables())?;
 //! let layers = Layers::from_heights(&[0.0, 5e3, 10e3], 6.371e6)?;
 //! let values: Vec<f32> = (0..grid.cells() * 3).map(|i| (0.37 * i as f32).sin()).collect();
-//! let field = Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 3), Location::Center, None)?;
+//! let field = Field::level_fastest(&values, 3, Location::Center)?;
 //! let options = suggest::Options { size: Some((320, 240)), ..Default::default() };
 //! let text = suggest::scene("w", &grid, &layers, &field, &options)?;
 //! let scene = Scene::parse(&text)?;
@@ -49,10 +49,7 @@ mod text;
 
 use aim::{Aim, Region};
 pub use completed::{Completion, Suggest, completed, open_views};
-use icoray_grid::Field;
-use icoray_grid::Grid;
-use icoray_grid::Layers;
-use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{Error, ErrorKind, Field, Grid, Layers, Result};
 use icoray_scene::{Adapter, Backend, Level, LightSource};
 use look::{Kind, Look};
 use sample::Sample;

@@ -1,7 +1,7 @@
 //! Scenes for synthetic fields: the choice for each kind of distribution, and the keys of the text.
 
 use super::*;
-use icoray_grid::{IcosahedralMesh, Location, Shape};
+use icoray_grid::{IcosahedralMesh, Location};
 use icoray_scene::{ColorRange, LightSource, Pattern, Scale, Scene};
 
 const HEIGHT_M: [f64; 6] = [0.0, 2e3, 4e3, 8e3, 12e3, 20e3];
@@ -14,8 +14,7 @@ fn text_for(value: impl Fn(f64, f64, f64) -> f64, options: &Options) -> Result<S
     let at = |cell: usize| (mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]);
     let values: Vec<f64> =
         (0..grid.cells()).flat_map(|cell| HEIGHT_M.map(|height| value(at(cell).0, at(cell).1, height))).collect();
-    let shape = Shape::level_fastest(grid.cells(), HEIGHT_M.len());
-    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let field = Field::level_fastest(&values, HEIGHT_M.len(), Location::Center).unwrap();
     let layers = Layers::from_heights(&HEIGHT_M, EARTH_M).unwrap();
     scene("q", &grid, &layers, &field, options)
 }

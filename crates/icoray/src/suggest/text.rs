@@ -5,9 +5,8 @@ use super::look::{Kind, Look};
 use super::numbers::to_step;
 use super::sample::Sample;
 use super::{FILLED, FOV_DEG, Options};
-use icoray_grid::Layers;
 use icoray_grid::numbers::text as number;
-use icoray_grid::printable;
+use icoray_grid::{Layers, printable};
 use icoray_scene::{Adapter, Backend, Level, LightSource, Scale};
 use std::fmt::Write;
 

@@ -2,7 +2,7 @@
 
 use crate::culled::{Culled, Mark, Style, towards};
 use crate::spread::{NO_OWNER, Spread};
-use icoray::{DistributedGrid, Error, Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Shape, suggest};
+use icoray::{DistributedGrid, Error, Field, Grid, IcosahedralMesh, Layers, Location, Renderer, suggest};
 use icoray_test_support::Random;
 
 /// Nodes of the ranks of each run.
@@ -25,7 +25,7 @@ fn suggested(
     text: impl FnOnce(&Layers, &Field) -> Result<Option<String>, Error>,
 ) -> Result<Option<String>, Error> {
     let values: Vec<f64> = numbers.iter().flat_map(|i| (0..layers).map(|layer| value(*i, layer))).collect();
-    let field = Field::new(values.as_slice().into(), Shape::level_fastest(numbers.len(), layers), location, None)?;
+    let field = Field::level_fastest(&values, layers, location)?;
     let heights: Vec<f64> = (0..layers).map(|layer| 2e3 * layer as f64).collect();
     text(&Layers::from_heights(&heights, 6.371e6)?, &field)
 }

@@ -3,10 +3,9 @@
 #![allow(dead_code, reason = "each crate that includes this takes what it needs of it")]
 
 use glam::DVec3;
-use icoray::ranks::{LocalTeam, local_nodes};
+use icoray::ranks::on_local_nodes;
 use icoray::{Error, ErrorKind, Field, Frame, FrameReport, Location, Ranks, Reals, Rendered, Scene, Shape};
 use std::fmt::Debug;
-use std::thread;
 
 pub const FAR: &str = "lon = 20\nlat = 35\ndistance = 3.2\nfov = 45";
 pub const NEAR: &str = "lon = -100\nlat = -60\ndistance = 1.9\nfov = 60";
@@ -17,8 +16,7 @@ pub fn level_fastest<S>(values: &[S], layers: usize, location: Location) -> Fiel
 where
     for<'v> Reals<'v>: From<&'v [S]>,
 {
-    let shape = Shape::level_fastest(values.len() / layers, layers);
-    Field::new(values.into(), shape, location, None).unwrap()
+    Field::level_fastest(values, layers, location).unwrap()
 }
 
 /// [`level_fastest`] at the centres of cells.
@@ -58,12 +56,7 @@ pub fn rays(scene: &Scene) -> impl Iterator<Item = (DVec3, DVec3)> {
 
 /// The results of `work` on each rank, a thread each; `node_of` has the node of each rank.
 pub fn on_nodes<R: Send>(node_of: &[usize], work: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
-    let work = &work;
-    thread::scope(|scope| {
-        let rank = |team: LocalTeam| scope.spawn(move || work(&mut Ranks::new(Box::new(team))));
-        let threads: Vec<_> = local_nodes(node_of).into_iter().map(rank).collect();
-        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
-    })
+    on_local_nodes(node_of, |team| work(&mut Ranks::new(Box::new(team))))
 }
 
 /// [`on_nodes`] with all ranks on one node.

@@ -3,7 +3,7 @@
 
 use crate::culled::{Culled, Mark, Style, towards};
 use glam::DVec3;
-use icoray::{Coloring, Field, Frame, Grid, IcosahedralMesh, Layers, Level, Location, Renderer, Scene, Shape, suggest};
+use icoray::{Coloring, Field, Frame, Grid, IcosahedralMesh, Layers, Level, Location, Renderer, Scene, suggest};
 use icoray_test_support::Random;
 use std::f64::consts::TAU;
 
@@ -85,8 +85,7 @@ struct Picture {
 }
 
 fn picture(grid: &Grid, values: &[f64], is_surface: bool, renderer: &Renderer) -> Picture {
-    let shape = Shape::level_fastest(grid.cells(), LAYERS);
-    let field = Field::new(values.into(), shape, Location::Center, None).unwrap();
+    let field = Field::level_fastest(values, LAYERS, Location::Center).unwrap();
     let layers = Layers::from_heights(&HEIGHT_M, EARTH_M).unwrap();
     let surface = is_surface.then_some(Level::Layer(0));
     let options = suggest::Options { size: Some(SIZE), surface, ..Default::default() };

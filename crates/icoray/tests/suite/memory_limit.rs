@@ -1,6 +1,6 @@
 //! Frames and grids that do not fit into memory are refused, with the bytes that are missing.
 
-use icoray::{ErrorKind, Field, Fields, Grid, IcosahedralMesh, Layers, Location, Plan, Renderer, Scene, Shape};
+use icoray::{ErrorKind, Field, Fields, Grid, IcosahedralMesh, Layers, Location, Plan, Renderer, Scene};
 use std::process::Command;
 
 const LAYERS: usize = 4;
@@ -21,8 +21,7 @@ fn refused(rest: &str, missing: u64) -> [Option<String>; 2] {
     let grid = Grid::new(mesh.tables()).unwrap();
     let layers = Layers::from_heights(&[0.0, 100e3, 200e3, 300e3], 6.371e6).unwrap();
     let values: Vec<f32> = (0..grid.cells() * LAYERS).map(|i| (i as f32 * 0.37).sin()).collect();
-    let shape = Shape::level_fastest(grid.cells(), LAYERS);
-    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let field = Field::level_fastest(&values, LAYERS, Location::Center).unwrap();
     let scene = scene(rest, 3.2);
     let memory = Plan::new(&scene, &grid, &layers, &field).unwrap().memory(&scene, &grid);
     assert_eq!(memory.grid as usize, grid.derived_bytes());
@@ -54,8 +53,7 @@ fn derived_fields_that_do_not_fit_are_refused_before_they_are_made() {
     let grid = Grid::new(mesh.tables()).unwrap();
     let layers = Layers::from_heights(&[0.0, 100e3, 200e3, 300e3], 6.371e6).unwrap();
     let values = vec![0.5f32; grid.cells() * LAYERS];
-    let shape = Shape::level_fastest(grid.cells(), LAYERS);
-    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let field = Field::level_fastest(&values, LAYERS, Location::Center).unwrap();
     let derive = "[[derive]]\nname = \"a\"\nanomaly = \"f\"\nfrom = \"first\"\n[[derive]]\nname = \"b\"\nsum = { a = 2 }\n\
                   [[derive]]\nname = \"c\"\nsum = { b = 2 }\n[[surfaces]]\nfield = \"b\"\n";
     let scene = scene(derive, 3.2);
@@ -81,8 +79,7 @@ fn hidden_cells_do_not_count_as_memory() {
     let grid = Grid::new(mesh.tables()).unwrap();
     let layers = Layers::from_heights(&[0.0, 1e3, 2e3, 3e3], 6.371e6).unwrap();
     let values = vec![0.5f32; grid.cells() * LAYERS];
-    let shape = Shape::level_fastest(grid.cells(), LAYERS);
-    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let field = Field::level_fastest(&values, LAYERS, Location::Center).unwrap();
     let gradients = |distance: f64| {
         let scene = scene(LIT, distance);
         Plan::new(&scene, &grid, &layers, &field).unwrap().memory(&scene, &grid).gradients as f64

@@ -17,8 +17,7 @@ fn with_field<R>(is_falling: bool, look: impl FnOnce(&Grid, &Layers, &Field) -> 
     }
     let layers = Layers::from_heights(&heights, PLANET_M).unwrap();
     let values: Vec<f32> = (0..grid.cells()).flat_map(|_| heights.iter().map(|h| (h / 1e3) as f32)).collect();
-    let shape = Shape::level_fastest(grid.cells(), heights.len());
-    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let field = Field::level_fastest(&values, heights.len(), Location::Center).unwrap();
     look(&grid, &layers, &field)
 }
 

@@ -137,8 +137,7 @@ fn a_leap_over_a_hollow_core_changes_no_bit() {
     let with_holes = |scene: &Scene, savings: Savings| {
         let grid = culled.grid();
         let values: Vec<f64> = (0..6 * grid.cells()).map(|i| (0.01 * i as f64).sin()).collect();
-        let shape = Shape::level_fastest(grid.cells(), 6);
-        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let field = Field::level_fastest(&values, 6, Location::Center).unwrap();
         let renderer = Renderer::new(2).unwrap().with_savings(savings);
         renderer.render(scene, &grid, &model.layers, &field).unwrap()
     };

@@ -7,7 +7,7 @@ use crate::handle::{icoray_ctx, with};
 use crate::inputs::{icoray_layers_set, icoray_scene_load, icoray_scene_text};
 use crate::open::icoray_last_error;
 use crate::types::{ICORAY_LOG_WARN, icoray_config, icoray_log_fn};
-use icoray_core::ranks::local_team;
+use icoray_core::ranks::on_local_nodes;
 use icoray_status::*;
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::ptr;
@@ -68,19 +68,15 @@ impl Model {
 /// What two ranks make of a model.
 fn on_two<R: Send>(log: icoray_log_fn, model: impl Fn(&Model) -> R + Sync) -> [R; 2] {
     crate::boundary::tests::loud();
-    let run = |team| {
+    let each = on_local_nodes(&[0; 2], |team| {
         let config = icoray_config { log, log_level: ICORAY_LOG_WARN, ..config() };
         let ranks = Ranks::new(Box::new(team));
         let mut context = Context::new(&config, "", &ranks, 1).unwrap();
         let rank = ranks.rank();
         context.join(ranks).unwrap();
         model(&Model { rank, ctx: Box::new(icoray_ctx::new(context)) })
-    };
-    scope(|threads| {
-        let each: Vec<_> = local_team(2).into_iter().map(|team| threads.spawn(|| run(team))).collect();
-        let each: Vec<R> = each.into_iter().map(|rank| rank.join().unwrap()).collect();
-        each.try_into().ok().unwrap()
-    })
+    });
+    each.try_into().ok().unwrap()
 }
 
 #[test]

@@ -3,7 +3,6 @@
 use super::super::test_array::centers;
 use super::*;
 use crate::types::{ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32};
-use icoray_core::output::Stamp;
 use icoray_core::{Derivation, How, IcosahedralMesh, Renderer, Script, Volume};
 use std::ffi::CString;
 
@@ -23,10 +22,6 @@ map = "viridis"
 range = [-1, 1]
 opacity = [[-1, 0.1], [1, 0.9]]
 "##;
-
-fn shot(scene: Scene) -> Shot {
-    Shot { name: String::new(), scene }
-}
 
 /// Grid, layers, and the fields q and t: at centres in 64 bits, at corners in 32.
 struct Model {
@@ -67,11 +62,16 @@ impl Model {
     }
 
     fn set_heights(&mut self, array: icoray_array) {
-        self.inputs.heights = Some(ArrayInput::new(&array, icoray_array::NAME, false).unwrap());
+        let given = ArrayInput::new(&array, icoray_array::NAME, false).unwrap();
+        self.inputs.heights = Some(given);
+    }
+
+    fn frame_inputs(&self, scene: Scene) -> Outcome<FrameInputs<'_>> {
+        self.inputs.frame_inputs(Shot { name: String::new(), scene }, &Stamp::default())
     }
 
     fn refused(&self, scene: &Scene) -> (icoray_status, String) {
-        let failure = self.inputs.frame_inputs(shot(scene.clone())).err().expect("a failure");
+        let failure = self.frame_inputs(scene.clone()).unwrap_err();
         (failure.status, failure.message)
     }
 }
@@ -108,7 +108,7 @@ fn a_scene_is_given_its_fields_in_place_and_no_others() {
     let how = How::Magnitude(vec!["q".into(), "v".into()]);
     speed.scenery.derived = vec![Derivation { name: "speed".into(), how }];
     model.give("v", &centers(&model.heights, LAYERS));
-    let frame_inputs = model.inputs.frame_inputs(shot(speed)).unwrap();
+    let frame_inputs = model.frame_inputs(speed).unwrap();
     let names: Vec<&str> = frame_inputs.fields.iter().map(|(name, _)| name).collect();
     assert_eq!(names, ["q", "t", "v"]);
     let at = |name: &str| match frame_inputs.fields.get(name).unwrap().samples() {
@@ -153,14 +153,14 @@ fn a_2d_field_has_its_values_on_all_layers_and_is_shown_as_a_surface() {
         script.views()[0].shots(&stamp).next().unwrap()
     };
     let drawn = |text: &str| {
-        let given = model.inputs.frame_inputs(shot(text)).unwrap();
-        let fact = given.fields_2d().1;
-        let renderer = Renderer::new(1).unwrap();
+        let given = model.frame_inputs(shot(text).scene).unwrap();
         let FrameSetup { scene, grid, layers, .. } = &given.setup;
-        (renderer.render(scene, grid, layers, given.fields).unwrap().pixels, fact)
+        let fields_2d = model.inputs.fields_2d(scene).join(", ");
+        let renderer = Renderer::new(1).unwrap();
+        (renderer.render(scene, grid, layers, given.fields).unwrap().pixels, fields_2d)
     };
-    let (surface, fact) = drawn(&volume.replace("\"q\"", "\"ps\""));
-    assert_eq!(fact, "[\"ps\"]");
+    let (surface, fields_2d) = drawn(&volume.replace("\"q\"", "\"ps\""));
+    assert_eq!(fields_2d, "ps");
     let color = "transfer = { map = \"viridis\", range = [-1, 1] }";
     let clear = "opacity = [[-1, 0.0], [1, 0.0]]";
     let explicit =
@@ -169,7 +169,7 @@ fn a_2d_field_has_its_values_on_all_layers_and_is_shown_as_a_surface() {
     // One with an opacity is a volume, as is one with layers.
     assert!(shot(&SCENE.replace("\"q\"", "\"ps\"")).scene.scenery.surfaces.is_empty());
     assert!(shot(&volume).scene.scenery.surfaces.is_empty());
-    assert_eq!(drawn(SCENE).1, "[]");
+    assert_eq!(drawn(SCENE).1, "");
 }
 
 #[test]
@@ -186,10 +186,10 @@ fn fields_of_one_scene_are_over_one_grid_and_its_layers() {
     model.give("r", &icoray_array { layers_name: other.as_ptr(), ..q });
     assert_eq!(model.refused(&scene(&["r"])), fit("layers"));
     // Other scenes have nothing to do with it.
-    model.inputs.frame_inputs(shot(scene(&["t"]))).unwrap();
+    model.frame_inputs(scene(&["t"])).unwrap();
     let mut scene = scene(&[]);
     scene.volumes[0].field = "r".into();
-    model.inputs.frame_inputs(shot(scene)).unwrap();
+    model.frame_inputs(scene).unwrap();
 }
 
 #[test]
@@ -198,10 +198,10 @@ fn heights_are_for_scenes_that_ask_for_them() {
     let lost = "heights: the scene has heights = \"native\", and none were given by icoray_heights_set";
     assert_eq!(model.refused(&native(&["t"])), (icoray_status::ICORAY_ERR_FIELD, lost.into()));
     model.set_heights(centers(&model.heights, LAYERS));
-    let frame_inputs = model.inputs.frame_inputs(shot(native(&["t"]))).unwrap();
+    let frame_inputs = model.frame_inputs(native(&["t"])).unwrap();
     let heights = *frame_inputs.fields.heights().expect("heights");
     assert_eq!((heights.value(3, 1), heights.shape().columns), (500.0, model.heights.len() / LAYERS));
-    assert!(model.inputs.frame_inputs(shot(scene(&["t"]))).unwrap().fields.heights().is_none());
+    assert!(model.frame_inputs(scene(&["t"])).unwrap().fields.heights().is_none());
 }
 
 #[test]
@@ -215,7 +215,7 @@ fn heights_that_do_not_fit_are_refused() {
             "heights: {columns} columns of {layers} layers, expected {cells} of {LAYERS}, as many as icoray_layers has"
         );
         assert_eq!(model.refused(&native(&[])), (icoray_status::ICORAY_ERR_LAYERS, message));
-        model.inputs.frame_inputs(shot(scene(&[]))).unwrap();
+        model.frame_inputs(scene(&[])).unwrap();
     }
     let corners = (model.t.len() / LAYERS) as i64;
     let (at_corners, status) = (vec![500.0; model.t.len()], icoray_status::ICORAY_ERR_LAYERS);
@@ -233,14 +233,14 @@ fn heights_that_do_not_fit_are_refused() {
     );
     assert_eq!(model.refused(&native(&[])), (status, message));
     model.set_heights(at_corners);
-    let frame_inputs = model.inputs.frame_inputs(shot(native(&[]))).unwrap();
+    let frame_inputs = model.frame_inputs(native(&[])).unwrap();
     assert_eq!(frame_inputs.fields.heights().map(Field::location), Some(Location::Corner));
     let other = CString::new("other").unwrap();
     model.set_heights(icoray_array { grid_name: other.as_ptr(), ..good });
     let message = "heights: grid \"other\", expected \"\" as of field \"q\" in the same scene";
     assert_eq!(model.refused(&native(&[])), (icoray_status::ICORAY_ERR_FIELD, message.into()));
     model.set_heights(good);
-    model.inputs.frame_inputs(shot(native(&[]))).unwrap();
+    model.frame_inputs(native(&[])).unwrap();
 }
 
 #[test]

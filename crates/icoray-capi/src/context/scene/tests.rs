@@ -5,12 +5,11 @@ use super::super::test_array::centers;
 use super::*;
 use crate::boundary::tests::config;
 use crate::types::icoray_config;
-use icoray_core::ranks::local_nodes;
-use icoray_core::{Description, Field, Grid, IcosahedralMesh, Layers, Location, Owned, PartCells, Ranks, Shape};
+use icoray_core::ranks::on_local_nodes;
+use icoray_core::{Description, Field, Grid, IcosahedralMesh, Layers, Location, Owned, PartCells, Ranks};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::thread::scope;
 
 const HEIGHT_M: [f64; 3] = [0.0, 4e3, 9e3];
 const EARTH_M: f64 = 6.371e6;
@@ -81,7 +80,8 @@ fn pictures(
             let given = ["f", "r"].map(|field| (field, values(mesh, field, step)));
             for (field, values) in &given {
                 let array = centers(values, layers_of(field));
-                context.set_field("icoray_field_set", field, Ok(&array)).unwrap();
+                let given = context.array_input(&array);
+                context.set_field(field, given).unwrap();
             }
             context.execute(Ok(Stamp { step, time_s: 60.0 * step as f64, date: None })).unwrap();
             context.wait().unwrap();
@@ -90,11 +90,7 @@ fn pictures(
     };
     match nodes {
         [] => run(Ranks::alone()),
-        nodes => scope(|threads| {
-            let team = |team| threads.spawn(|| run(Ranks::new(Box::new(team))));
-            let all: Vec<_> = local_nodes(nodes).into_iter().map(team).collect();
-            all.into_iter().for_each(|rank| rank.join().unwrap());
-        }),
+        nodes => drop(on_local_nodes(nodes, |team| run(Ranks::new(Box::new(team))))),
     }
     let files = read(&folder);
     fs::remove_dir_all(&folder).unwrap();
@@ -114,8 +110,7 @@ fn expected(mesh: &IcosahedralMesh) -> String {
     let wanted = Completion { text: SCENE, ..Default::default() };
     let text = suggest::completed(&wanted, &mut |field, options| {
         let values = values(mesh, field, if field == "f" { 2 } else { 3 });
-        let shape = Shape::level_fastest(mesh.cells(), layers_of(field));
-        let given = Field::new(values.as_slice().into(), shape, Location::Center, None)?.on_layers(layers.count());
+        let given = Field::level_fastest(&values, layers_of(field), Location::Center)?.on_layers(layers.count());
         let options = if field == "f" { options } else { options.for_2d() };
         suggest::scene(field, &grid, &layers, &given, &options).map(Some)
     });

@@ -1,8 +1,7 @@
 //! Frames that ranks draw together in the background; calls of the model transfer their messages.
 
 use super::*;
-use crate::ranks::tests::on_teams;
-use crate::ranks::{LocalTeam, Owned, PartCells, Team};
+use crate::ranks::{LocalTeam, Owned, PartCells, Team, on_local_nodes};
 use std::sync::Barrier;
 
 /// The parts of the grid and the field that ranks have.
@@ -43,21 +42,18 @@ impl<'s> Rank<'s> {
         Rank { fixture, ranks, background, spread, decomposition, cells, model }
     }
 
-    fn job(&self, step: i64) -> Job {
-        let mut job = self.fixture.job(step);
-        job.setup.decomposition = self.decomposition.clone();
-        job
+    fn setup(&self, step: i64) -> FrameSetup {
+        FrameSetup { decomposition: self.decomposition.clone(), ..self.fixture.setup(step) }
     }
 
     /// Hands a step over and spoils the model's memory.
-    fn submit(&mut self, job: Job) -> Result<Accepted> {
-        let mut values = values(job.stamp.step, &self.cells);
-        let shape = Shape::level_fastest(self.cells.len(), 3);
-        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
-        let (mut refused, fields) = (Vec::new(), Fields::new([("q", field)]));
-        let accepted = self.background.submit_all(&mut self.ranks, vec![job], fields, &mut refused);
+    fn submit(&mut self, setup: FrameSetup) -> Result<Accepted> {
+        let mut values = values(setup.stamp.step, &self.cells);
+        let field = Field::level_fastest(&values, 3, Location::Center).unwrap();
+        let frame = FrameInputs { setup, fields: Fields::new([("q", field)]) };
+        let accepted = submit(&mut self.background, &mut self.ranks, frame);
         values.fill(f64::NAN);
-        refused.pop().map_or(accepted, |(_, error)| Err(error))
+        accepted
     }
 
     /// A step of the model: ranks meet in it, and each moves messages on at another time.
@@ -87,7 +83,7 @@ fn on_each<R: Send>(
     model: impl Fn(&mut Rank) -> R + Sync,
 ) -> Vec<R> {
     let barrier = Barrier::new(nodes.len());
-    on_teams(nodes, |team| model(&mut Rank::new(fixture, team, spread, &barrier)))
+    on_local_nodes(nodes, |team| model(&mut Rank::new(fixture, team, spread, &barrier)))
 }
 
 #[test]
@@ -103,7 +99,7 @@ fn pictures_of_ranks_are_those_of_one_process() {
         let all: Vec<usize> = (0..fixture.grid.cells()).collect();
         let reports = on_each(&fixture, nodes, spread, |rank| {
             for step in 1..=4 {
-                let accepted = rank.submit(rank.job(step)).unwrap();
+                let accepted = rank.submit(rank.setup(step)).unwrap();
                 assert!(accepted.bytes_copied >= 24 * rank.cells.len() as u64, "{accepted:?}");
                 assert!(rank.spread == Spread::Columns || accepted.bytes_copied == 24 * all.len() as u64);
                 assert!(rank.background.is_under_way());
@@ -118,8 +114,7 @@ fn pictures_of_ranks_are_those_of_one_process() {
         assert_eq!(fixture.writer.take_outcomes().errors().count(), 0);
         for step in 1..=4 {
             let values = values(step, &all);
-            let shape = Shape::level_fastest(all.len(), 3);
-            let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+            let field = Field::level_fastest(&values, 3, Location::Center).unwrap();
             let expected = fixture.draw(&field);
             let drawn = read(&fixture.folder.path().join(format!("{step}.exr")));
             assert!(drawn == expected.pixels, "step {step}, {spread:?} on {nodes:?}");
@@ -137,8 +132,8 @@ fn failing(team: &mut LocalTeam, fixture: &Fixture) -> Background {
     let (pumped, pump) = pumped(team.point_to_point().unwrap(), 0);
     let (renderer, writer) = (Arc::new(Renderer::new(1).unwrap()), fixture.writer.clone());
     let (with, to) = (renderer.clone(), writer.clone());
-    let fail = move |ranks: &mut Ranks, job: Job, copies: &Copies, cost| {
-        match (job.stamp.step, ranks.rank()) {
+    let fail = move |ranks: &mut Ranks, setup: FrameSetup, copies: &Copies, cost| {
+        match (setup.stamp.step, ranks.rank()) {
             (1, 2) => panic!("before the frame"),
             (2, 1) => panic!("within the frame of {}", ranks.share(&[1])?.len()),
             (2, _) => drop(ranks.share(&[0])?),
@@ -151,7 +146,7 @@ fn failing(team: &mut LocalTeam, fixture: &Fixture) -> Background {
             }
             _ => {}
         }
-        draw(&with, ranks, &to, job, copies, cost)
+        draw(&with, ranks, &to, setup, copies, cost)
     };
     Background::with(renderer, writer, Ranks::new(Box::new(pumped)), Some(pump), fail).unwrap()
 }
@@ -161,13 +156,13 @@ fn failing(team: &mut LocalTeam, fixture: &Fixture) -> Background {
 #[test]
 fn a_failure_on_one_rank_ends_the_frame_on_all() {
     let (fixture, model) = (&Fixture::new(), &Barrier::new(3));
-    let said = on_teams(&[0; 3], |mut team| {
+    let said = on_local_nodes(&[0; 3], |mut team| {
         let background = failing(&mut team, fixture);
         let ranks = Ranks::new(Box::new(team));
         let cells = (0..fixture.grid.cells()).collect();
         let mut rank = Rank { fixture, ranks, background, spread: Spread::Whole, decomposition: None, cells, model };
         for step in 1..=4 {
-            rank.submit(rank.job(step)).unwrap();
+            rank.submit(rank.setup(step)).unwrap();
             rank.compute();
         }
         let outcome = |drawn: Drawn| match drawn.result {
@@ -189,20 +184,20 @@ fn a_failure_on_one_rank_ends_the_frame_on_all() {
     assert!(fixture.folder.path().join("4.exr").is_file() && !fixture.folder.path().join("2.exr").exists());
 }
 
-/// An error of a job on one rank only is refused on all, and so is a name that rank 0 may not write.
+/// An error of a frame on one rank only is refused on all, and so is a name that rank 0 may not write.
 #[test]
-fn a_job_that_is_wrong_on_one_rank_is_refused_on_all() {
+fn a_frame_that_is_wrong_on_one_rank_is_refused_on_all() {
     let fixture = Fixture::new();
     let said = on_each(&fixture, &[0, 0], Spread::Whole, |rank| {
-        rank.submit(rank.job(1)).unwrap();
-        let taken = rank.submit(rank.job(1)).unwrap_err();
+        rank.submit(rank.setup(1)).unwrap();
+        let taken = rank.submit(rank.setup(1)).unwrap_err();
         let few = Arc::new(Layers::from_heights(&[0.0, 1e4], 6.371e6).unwrap());
-        let mut odd = rank.job(2);
+        let mut odd = rank.setup(2);
         if rank.ranks.rank() == 1 {
-            odd.setup.layers = few;
+            odd.layers = few;
         }
         let odd = rank.submit(odd).unwrap_err();
-        rank.submit(rank.job(3)).unwrap();
+        rank.submit(rank.setup(3)).unwrap();
         let steps: Vec<_> = rank.outcomes().iter().map(|drawn| drawn.stamp.step).collect();
         assert_eq!(steps, [1, 3]);
         assert_eq!(taken.kind(), ErrorKind::Exists);
@@ -216,7 +211,7 @@ fn a_job_that_is_wrong_on_one_rank_is_refused_on_all() {
 #[test]
 fn dropping_it_ends_a_frame_of_several_ranks() {
     let fixture = Fixture::new();
-    on_each(&fixture, &[0, 0], Spread::Whole, |rank| rank.submit(rank.job(1)).unwrap());
+    on_each(&fixture, &[0, 0], Spread::Whole, |rank| rank.submit(rank.setup(1)).unwrap());
     fixture.writer.wait();
     assert!(!fixture.folder.path().join("1.exr").exists());
 }

@@ -6,8 +6,7 @@ use super::{Span, segment};
 use glam::DVec3;
 use icoray_kernel::lit;
 use icoray_kernel::piece::{ErrorBudget, Radiance};
-use icoray_kernel::shade;
-use icoray_kernel::shade::RayShading;
+use icoray_kernel::shade::{self, RayShading};
 use icoray_scene::Method;
 
 /// Blinn and Phong's model along one ray; its members are those of the kernel's `RayShading`.

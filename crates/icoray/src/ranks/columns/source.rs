@@ -4,9 +4,7 @@ use super::GatherInputs;
 use crate::ranks::corner_halo::CornerHalo;
 use bytemuck::Pod;
 use icoray_grid::threads::Threads;
-use icoray_grid::{CornerColumns, Grid, OwnedReals};
-use icoray_grid::{Error, ErrorKind, Result};
-use icoray_grid::{Field, Reals};
+use icoray_grid::{CornerColumns, Error, ErrorKind, Field, Grid, OwnedReals, Reals, Result};
 use rayon::prelude::*;
 
 /// Maximum number of bytes of averages that are computed at once.

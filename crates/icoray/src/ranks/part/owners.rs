@@ -7,8 +7,7 @@ use super::CellsOfRanks;
 use crate::ranks::cells::{NONE, Numbered, PartCells};
 use crate::ranks::wire::{decode_lists, encode_lists};
 use crate::ranks::{Ranks, bad};
-use icoray_grid::Grid;
-use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{Error, ErrorKind, Grid, Result};
 use std::collections::HashMap;
 
 /// A part before its neighbours are found.

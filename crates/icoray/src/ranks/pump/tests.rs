@@ -1,14 +1,13 @@
 //! Collective calls on one thread, their messages on another.
 
 use super::*;
-use crate::ranks::tests::on_teams;
-use crate::ranks::{Ranks, Team, local_team};
+use crate::ranks::{Ranks, Team, local_team, on_local_nodes};
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::thread;
 
 /// The results of `work` for each rank's team, while the rank's own thread moves messages from time to time.
 fn on_pumped<R: Send>(size: usize, work: impl Fn(&mut PumpedTeam) -> R + Sync) -> Vec<R> {
-    on_teams(&vec![0; size], |mut team| {
+    on_local_nodes(&vec![0; size], |mut team| {
         let (mut pumped, mut pump) = pumped(team.point_to_point().unwrap(), team.rank());
         // Few children and short pieces, so that few ranks and bytes have many of them.
         pumped = pumped.with_fan_out(2);

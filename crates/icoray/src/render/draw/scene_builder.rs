@@ -9,12 +9,10 @@ use crate::render::frame_cache::{FrameCache, GradientKey, NormalKey, OccupancyKe
 use crate::render::lazy::Lazy;
 use crate::render::prepare::FieldSummary;
 use fearless_simd::Level as VectorLevel;
-use icoray_grid::Reals;
-use icoray_grid::Result;
-use icoray_grid::gradient;
-use icoray_grid::gradient::{GradientOptions, Gradients, PartialGradients, PreparedSample};
+use icoray_grid::gradient::{self, GradientOptions, Gradients, PartialGradients, PreparedSample};
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::samples::{Samples, SearchedSample};
+use icoray_grid::{Reals, Result};
 use icoray_kernel::PacketScene;
 use icoray_kernel::general::{
     Clips, FieldSource, Isosurface, KernelScene, Levels, Material, Medium, SurfaceHeight, SurfaceLayer, TransferMap,

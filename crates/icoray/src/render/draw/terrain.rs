@@ -2,11 +2,8 @@
 
 use crate::ranks::{Part, Ranks};
 use crate::render::context::FrameContext;
-use crate::render::frame_cache;
-use crate::render::frame_cache::NormalKey;
-use icoray_grid::Result;
-use icoray_grid::gradient;
-use icoray_grid::heights;
+use crate::render::frame_cache::{self, NormalKey};
+use icoray_grid::{Result, gradient, heights};
 use icoray_kernel::general::{Levels, SurfaceHeight, SurfaceLayer};
 use rayon::prelude::*;
 

@@ -143,7 +143,7 @@ fn a_rank_without_corners_has_none_of_a_field() {
         }
         let decomposition = mine.decomposition(ranks, &grid, &locals[ranks.rank()]).unwrap();
         let values: Vec<f64> = mine.rows.iter().map(|corner| *corner as f64).collect();
-        let field = Field::new(values.as_slice().into(), Shape::level_fastest(values.len(), 1), Location::Corner, None);
+        let field = Field::level_fastest(&values, 1, Location::Corner);
         let asked = [icoray::Statistic::Max, icoray::Statistic::Mean];
         let summary = Renderer::new(1).unwrap().summary(ranks, &field.unwrap(), Some(&decomposition), &asked).unwrap();
         asked.map(|statistic| summary.get(statistic).unwrap())
@@ -239,8 +239,7 @@ fn fields_that_ranks_have_at_other_places_are_an_error() {
             let mine = LocalCorners::numbered(corners, ranks.rank(), &partitions(corners, 3)[1]);
             let decomposition = mine.decomposition(ranks, &grid, &locals[ranks.rank()]).unwrap();
             let columns = if is_short == 1 { 5 } else { mine.rows.len() };
-            let shape = Shape::level_fastest(columns, LAYERS);
-            let odd = Field::new(wide[..columns * LAYERS].into(), shape, Location::Corner, None).unwrap();
+            let odd = Field::level_fastest(&wide[..columns * LAYERS], LAYERS, Location::Corner).unwrap();
             let good = at_centers(&wide[..locals[ranks.rank()].cells.len() * LAYERS], LAYERS);
             refusal(render(ranks, &scene(""), &grid, &decomposition, &if ranks.rank() == 1 { odd } else { good }))
         });
