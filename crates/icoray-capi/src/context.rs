@@ -3,7 +3,7 @@
 use crate::borrow::{Versioned, argument};
 use crate::boundary::{Failure, Outcome};
 use crate::drawing::Drawing;
-use crate::types::{icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
+use crate::types::{icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
 use icoray_core::output::Stamp;
 use icoray_core::{Description, Grid, GridTables, Layers, LonLat, OwnedTables, Ranks, Script, View};
 use std::collections::BTreeSet;
@@ -24,7 +24,8 @@ mod scene;
 mod test_array;
 
 pub(crate) use collective::PartInput;
-use inputs::{ArrayInput, GridInput, Inputs, missing};
+pub(crate) use inputs::ArrayInput;
+use inputs::{GridInput, Inputs, missing};
 use levels::TimeLevels;
 use live::Viewers;
 use refusals::Input;
@@ -175,12 +176,7 @@ impl Context {
         Ok(())
     }
 
-    /// Checks everything but the values of an array.
-    pub fn array_input(&self, array: &icoray_array) -> Outcome<ArrayInput> {
-        ArrayInput::new(array, icoray_array::NAME, self.is_shared())
-    }
-
-    /// As [`Self::array_input`], for the dimensions of an array that the C function `call` sets.
+    /// As [`ArrayInput::new`], for the dimensions of an array that the C function `call` sets.
     pub fn ndarray_input(&self, call: &str, array: &icoray_ndarray) -> Outcome<ArrayInput> {
         ArrayInput::new(&self.inputs.flat(call, array)?, icoray_ndarray::NAME, self.is_shared())
     }

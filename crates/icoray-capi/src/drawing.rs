@@ -237,8 +237,8 @@ impl Drawing {
         Ok(())
     }
 
-    /// Renders a frame, or this rank's share of it, and queues it for the writer. Collective; the outcome is equal on all
-    /// ranks.
+    /// Renders a frame, or this rank's share of it, and queues it for the writer. Collective; the outcome is equal on
+    /// all ranks.
     pub fn draw(&mut self, ranks: &mut Ranks, FrameInputs { setup, fields }: FrameInputs) -> Outcome<()> {
         self.devices.is_asked = setup.scene.backend == Backend::Gpu;
         match self.renderer.render_decomposed(ranks, &setup.scene, setup.distributed_grid(), fields)? {

@@ -1,8 +1,8 @@
 //! Exported: grid, layers, fields, heights and scene.
 
-use crate::borrow::{self, argument, name, sized, text};
+use crate::borrow::{self, Versioned, argument, name, sized, text};
 use crate::boundary::{Failure, Outcome};
-use crate::context::{PartInput, SceneSource};
+use crate::context::{ArrayInput, PartInput, SceneSource};
 use crate::handle::{icoray_ctx, with, with_all, with_frames_finished};
 use crate::types::{icoray_array, icoray_grid, icoray_layers, icoray_ndarray, icoray_part, icoray_status};
 use icoray_core::{Description, Grid};
@@ -149,7 +149,7 @@ pub unsafe extern "C" fn icoray_field_set(
     unsafe {
         with(ctx, |context| {
             let name = text(name, "name")?;
-            let array = sized(array).and_then(|array| context.array_input(array));
+            let array = sized(array).and_then(|array| ArrayInput::new(array, icoray_array::NAME, context.is_shared()));
             context.set_field(name, array)
         })
     }
@@ -197,7 +197,8 @@ pub unsafe extern "C" fn icoray_heights_set(ctx: *mut icoray_ctx, heights: *cons
     // SAFETY: passed on.
     unsafe {
         with(ctx, |context| {
-            let array = (!heights.is_null()).then(|| sized(heights).and_then(|array| context.array_input(array)));
+            let input = |array| ArrayInput::new(array, icoray_array::NAME, context.is_shared());
+            let array = (!heights.is_null()).then(|| sized(heights).and_then(input));
             context.set_heights(array.transpose())
         })
     }

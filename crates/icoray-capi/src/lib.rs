@@ -3,8 +3,8 @@
 //! Layout: [`types`] the structs of the ABI; [`borrow`] slices from their pointers (all assumptions about foreign
 //! memory); [`boundary`] statuses, messages and panics; [`host`] the host's floating-point state and signals;
 //! [`memory`] allocation counters; [`handle`] locks of a context; [`context`] inputs and calls of a context;
-//! [`frame_inputs`] checks of the inputs of one frame; [`drawing`] rendering and writing of frames; [`message`] the length of
-//! messages; [`ranks`] MPI communicators and agreement; [`viewer_message`] requests of viewers for all ranks;
+//! [`frame_inputs`] checks of the inputs of one frame; [`drawing`] rendering and writing of frames; [`message`] the
+//! length of messages; [`ranks`] MPI communicators and agreement; [`viewer_message`] requests of viewers for all ranks;
 //! [`launcher`] the ranks that a program was started as; [`processors`] the default number of threads; [`policy`] the
 //! answer to failed frames; [`log`] the host's log. Exported functions are in [`open`], [`inputs`], [`frames`],
 //! [`mesh`] and [`log`].

@@ -80,58 +80,41 @@ impl<'v> Viewer<'v> {
     pub fn run(mut self) {
         let mut heights = NativeHeightCache::default();
         let mut next = self.live.next();
-        while let Some(request) = next {
-            next = match self.serve(request, &mut heights) {
-                Ok(next) => next,
-                Err((request, error)) => {
-                    refuse(self.live, request, error);
-                    self.live.next()
-                }
-            };
+        while next.is_some() {
+            if let Err(error) = self.serve(&mut next, &mut heights) {
+                next.take().into_iter().for_each(|request| refuse(self.live, request, error.clone()));
+                next = self.live.next();
+            }
         }
     }
 
-    /// Reads the data of a request and serves it and the following ones that need no more; returns the first that does.
-    fn serve(
-        &mut self,
-        first: Request,
-        heights: &mut NativeHeightCache,
-    ) -> std::result::Result<Option<Request>, (Request, Error)> {
-        let Viewer { dataset, grid, renderer, layers_wanted, .. } = *self;
-        let time = first.scene().1;
-        let scene = first.scene().0.clone();
+    /// Reads the data of the `next` request and serves it and the following ones that need no more; `next` is then the
+    /// first that does.
+    ///
+    /// # Errors
+    /// Those of reading, before any request is served.
+    fn serve(&mut self, next: &mut Option<Request>, heights: &mut NativeHeightCache) -> Result<()> {
+        let Viewer { dataset, grid, renderer, layers_wanted, live, .. } = *self;
+        let Some((scene, time)) = next.as_ref().map(Request::scene) else { return Ok(()) };
+        let scene = scene.clone();
         let script = Script::from(scene.clone());
-        let scene_fields = match SceneFields::new(dataset, &script, layers_wanted, grid.cells()) {
-            Ok(scene_fields) => scene_fields,
-            Err(error) => return Err((first, error)),
-        };
+        let scene_fields = SceneFields::new(dataset, &script, layers_wanted, grid.cells())?;
         let drawing = Drawing { scene_fields: &scene_fields, grid, renderer };
         let (dates, seconds) = (dataset.times(), dataset.seconds());
         let series = Series { script: &script, dates, times: vec![time], is_scheduled: false, seconds };
-        let read = series.views_of(&scene_fields, renderer, time).and_then(|(_, read)| {
-            heights.get_ready(&scene_fields, grid, renderer, std::iter::once(scene.clone()), time)?;
-            Ok(read)
-        });
-        let read = match read {
-            Ok(read) => read,
-            Err(error) => return Err((first, error)),
-        };
-        let fields = match read.borrowed() {
-            Ok(fields) => fields,
-            Err(error) => return Err((first, error)),
-        };
+        let (_, read) = series.views_of(&scene_fields, renderer, time)?;
+        heights.get_ready(&scene_fields, grid, renderer, std::iter::once(scene.clone()), time)?;
+        let fields = read.borrowed()?;
         let data = Data { drawing, fields: &fields, heights, stamp: series.stamp(time) };
         let needs = Needs::of(&scene, &scene_fields).ok();
-        let mut request = first;
-        loop {
+        while let Some(request) = next.take_if(|request| {
+            let (scene, its_time) = request.scene();
+            its_time == time && Needs::of(scene, &scene_fields).ok() == needs
+        }) {
             self.answer(request, &data);
-            let Some(next) = self.live.next() else { return Ok(None) };
-            let (scene, its_time) = next.scene();
-            if its_time != time || Needs::of(scene, &scene_fields).ok() != needs {
-                return Ok(Some(next));
-            }
-            request = next;
+            *next = live.next();
         }
+        Ok(())
     }
 
     fn answer(&mut self, request: Request, data: &Data) {

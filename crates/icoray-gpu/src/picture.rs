@@ -9,6 +9,7 @@ use crate::pipelines::{Constants, Pipelines};
 use crate::pool::PooledBuffer;
 use crate::ray_entry_cache::RayEntries;
 use crate::scenery::{SceneTables, scenery_spans, volume_spans, volume_steps};
+use glam::DVec3;
 use icoray::device::{self, BudgetTable, ENDLESS, FallbackReason, Job};
 use icoray::{Lights, Method};
 use std::sync::Arc;
@@ -162,15 +163,17 @@ fn few_knots(job: &Job) -> Option<[f32; 4]> {
 
 fn shading(job: &Job) -> Option<Shading> {
     let shading = job.shading()?;
-    let [light_hi, light_lo] = halves3(shading.towards_light.unwrap_or_default());
+    let [light_hi, light_lo] = halves3(shading.towards_light.unwrap_or_default().to_array());
+    // All but the directions is equal along all rays.
+    let ray = shading.along::<f32>(DVec3::Z);
     Some(Shading {
         light_hi,
-        ambient: shading.ambient,
+        ambient: ray.ambient,
         light_lo,
-        diffuse: shading.diffuse,
-        specular: shading.specular,
-        shininess: shading.shininess,
-        sharpness: shading.sharpness,
+        diffuse: ray.diffuse,
+        specular: ray.specular,
+        shininess: ray.shininess,
+        sharpness: ray.sharpness,
         is_headlight: u32::from(shading.towards_light.is_none()),
         max_cuts: if job.quality().lights == Lights::Coarse { 0 } else { MAX_CUTS },
         padding: [0; 3],

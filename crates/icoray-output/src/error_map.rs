@@ -28,19 +28,12 @@ const PAPER: [u8; 3] = [0; 3];
 /// Pixels without an error, which are those whose ray meets nothing, are transparent. If pixels are means of several
 /// rays, a map of their estimated sampling errors ([`Frame::sampling_error`]) in the same colours lies below. A bar
 /// with a tick at each decade follows if the picture is at least 160 pixels wide; the text of the file states the same,
-/// and the entries of [`Frame::describe`]. An existing file is replaced when the new one is complete.
+/// and the entries of [`Frame::describe`]. `existing` selects the treatment of an existing file.
 ///
 /// # Errors
-/// [`ErrorKind::Io`] names the path; [`ErrorKind::Argument`] an extension other than `.png`.
-pub fn write_error_map(path: &Path, frame: &Frame) -> Result<()> {
-    write_error_map_with(path, frame, Existing::Overwrite)
-}
-
-/// As [`write_error_map`]; `existing` selects the treatment of an existing file.
-///
-/// # Errors
-/// As [`write_error_map`], and [`ErrorKind::Exists`] as specified by [`Existing`].
-pub fn write_error_map_with(path: &Path, frame: &Frame, existing: Existing) -> Result<()> {
+/// [`ErrorKind::Io`] names the path; [`ErrorKind::Argument`] an extension other than `.png`; [`ErrorKind::Exists`] as
+/// specified by [`Existing`].
+pub fn write_error_map(path: &Path, frame: &Frame, existing: Existing) -> Result<()> {
     if path.extension().and_then(|e| e.to_str()) != Some("png") {
         let context = format!("{}: expected a name that ends in .png for the map of errors", path.display());
         return Err(Error::new(ErrorKind::Argument, context));
@@ -117,7 +110,7 @@ mod tests {
     fn read(frame: &Frame) -> image::RgbaImage {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("map.png");
-        write_error_map(&path, frame).unwrap();
+        write_error_map(&path, frame, Existing::Overwrite).unwrap();
         image::open(path).unwrap().into_rgba8()
     }
 

@@ -21,7 +21,7 @@ pub mod writer;
 
 pub use animation::{Animated, write_animation};
 pub use atomic::{Existing, write_text};
-pub use error_map::{write_error_map, write_error_map_with};
+pub use error_map::write_error_map;
 pub use exr_file::exr_bytes;
 pub use frame::{
     CellsPerPixel, Certainty, Colors, DeviceReport, ErrorSummary, Frame, FrameReport, Legend, RanksReport,
@@ -30,5 +30,5 @@ pub use frame::{
 pub use label::{Mask, printed_units};
 pub use outcomes::{Outcome, Outcomes};
 pub use png_file::{png_bytes, png_layers, rgba8};
-pub use write::{write_color_maps, write_frame, write_frame_with, write_picture, write_picture_with};
+pub use write::{write_color_maps, write_frame, write_picture, write_picture_with};
 pub use writer::{Submitted, WhenFull, Writer, WriterOptions, Written};

@@ -1,7 +1,7 @@
 //! Pictures and their report on disk.
 
 use crate::atomic::Existing;
-use crate::error_map::write_error_map_with;
+use crate::error_map::write_error_map;
 use crate::frame::Frame;
 use crate::path::made_folder;
 use crate::{exr_file, label, lists, png_file, report};
@@ -45,20 +45,12 @@ pub fn write_color_maps(path: &Path, existing: Existing) -> Result<()> {
 
 /// Writes `frame` into `directory` under the name that `output` gives, the map of its errors beside it if that has a
 /// name too, a row to `report.csv` beside the picture, and entries to the lists of the series. Missing directories are
-/// made; existing files are replaced.
-///
-/// # Errors
-/// As [`write_frame_with`].
-pub fn write_frame(directory: &Path, output: &Output, stamp: &Stamp, frame: &mut Frame) -> Result<PathBuf> {
-    write_frame_with(directory, output, stamp, frame, Existing::Overwrite)
-}
-
-/// As [`write_frame`]; `existing` selects the treatment of existing files.
+/// made; `existing` selects the treatment of existing files.
 ///
 /// # Errors
 /// [`ErrorKind::Io`] and [`ErrorKind::Exists`] name the path, and state it if the picture itself is written but the map
 /// or the row is not; otherwise as [`Output::names`].
-pub fn write_frame_with(
+pub fn write_frame(
     directory: &Path,
     output: &Output,
     stamp: &Stamp,
@@ -78,7 +70,7 @@ pub fn write_frame_with(
     write_picture_with(&path, frame, existing)?;
     let beside = |e: Error| e.after(format!("the picture {} is written", path.display()));
     if let Some(map) = &map {
-        made_folder(map).and_then(|_| write_error_map_with(map, frame, existing)).map_err(beside)?;
+        made_folder(map).and_then(|_| write_error_map(map, frame, existing)).map_err(beside)?;
     }
     frame.report.timing.write_s = start.elapsed().as_secs_f64();
     report::append(&report::beside(&path), &path, frame).map_err(beside)?;
@@ -89,7 +81,6 @@ pub fn write_frame_with(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error_map::write_error_map;
     use crate::exr_file::exr_bytes;
     use crate::frame::tests::frame;
     use crate::png_file::png_bytes;
@@ -102,14 +93,14 @@ mod tests {
         let error = Some(name("errors/{step}.png"));
         let output = Output { error, ..name("{field}_{step}.exr").into() };
         let stamp = Stamp { step: 12, ..Stamp::default() };
-        let path = write_frame(folder.path(), &output, &stamp, &mut frame()).unwrap();
+        let path = write_frame(folder.path(), &output, &stamp, &mut frame(), Existing::Overwrite).unwrap();
         assert_eq!(path, folder.path().join("q_12.exr"));
         assert!(path.is_file() && folder.path().join("errors/12.png").is_file());
         let report = std::fs::read_to_string(folder.path().join("report.csv")).unwrap();
         assert_eq!(report.lines().count(), 2);
         let output = Output { error: None, ..output };
         let stamp = Stamp { step: 13, ..Stamp::default() };
-        write_frame(folder.path(), &output, &stamp, &mut frame()).unwrap();
+        write_frame(folder.path(), &output, &stamp, &mut frame(), Existing::Overwrite).unwrap();
         assert_eq!(std::fs::read_dir(folder.path().join("errors")).unwrap().count(), 1);
     }
 
@@ -125,7 +116,7 @@ mod tests {
 
     #[test]
     fn an_error_map_is_a_png() {
-        let error = write_error_map(Path::new("map.exr"), &frame()).unwrap_err();
+        let error = write_error_map(Path::new("map.exr"), &frame(), Existing::Overwrite).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::Argument);
         assert!(error.to_string().contains("map.exr"), "{error}");
     }

@@ -14,7 +14,7 @@ use super::{atomic, folder, report};
 use crate::atomic::Existing;
 use crate::frame::Frame;
 use crate::path::io_error;
-use crate::write::write_frame_with;
+use crate::write::write_frame;
 use crossbeam_channel::{Receiver, Select, Sender, TrySendError, bounded};
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_scene::name::{FrameNames, Output, Stamp};
@@ -190,7 +190,7 @@ impl Writer {
         let existing = options.existing;
         let target = directory.clone();
         Self::with(WriterOptions { directory, ..options }, move |entry| {
-            write_frame_with(&target, &entry.output, &entry.stamp, &mut entry.frame, existing)
+            write_frame(&target, &entry.output, &entry.stamp, &mut entry.frame, existing)
         })
     }
 

@@ -143,7 +143,7 @@ impl Image {
     /// Writes a map of the pixels' errors as PNG.
     #[pyo3(signature = (path))]
     fn error_map(&self, py: Python, path: PathBuf) -> PyResult<()> {
-        py.detach(|| write_error_map(&path, &self.frame)).map_err(raised)
+        py.detach(|| write_error_map(&path, &self.frame, Existing::Overwrite)).map_err(raised)
     }
 
     /// The PNG that notebooks show, with the scene's labels.

@@ -6,8 +6,11 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::DVec3;
 use icoray::device::Span;
-use icoray::device::mirror::{self, light::AlongRay};
 use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Method, Renderer, Scene, Stretch, Traversal};
+use icoray_kernel::lit::{FrustumInterpolant, Lit};
+use icoray_kernel::piece::{self, ErrorBudget};
+use icoray_kernel::segment::Segment;
+use icoray_kernel::shade;
 use std::ops::ControlFlow;
 use std::sync::LazyLock;
 
@@ -135,32 +138,35 @@ const SPAN: Span = Span {
     is_clear: false,
 };
 
-/// f0, f1, kappa, eps and a length that makes the piece so deep, optically.
-fn piece(depth: f32) -> [f32; 5] {
-    [0.1, 0.3, 0.02, 1e-3, depth / 1.2]
+/// A piece of this optical depth.
+fn piece(depth: f32) -> Segment<f32> {
+    Segment { f0: 0.1, f1: 0.3, kappa: 0.02, eps: 1e-3, length: depth / 1.2 }
 }
 
-/// Share, rest, transmittance before, reach.
-const ALLOWANCE: [f32; 4] = [5e-4, 5e-4, 1.0, 1e-7];
+const ALLOWANCE: ErrorBudget<f32> =
+    ErrorBudget { color_tolerance: 5e-4, min_transmittance: 5e-4, transmittance: 1.0, reach: 1e-7 };
 
 /// Pieces by the rule that their optical depth asks for.
 #[divan::bench(args = [("thin", 0.05), ("gauss", 0.7), ("panels", 3.0), ("halves", 200.0)])]
 fn integrate(bencher: Bencher, (_, depth): (&str, f32)) {
     let piece = piece(depth);
-    let one = || mirror::integrate(Method::Exact, black_box(piece), black_box(&SPAN), ALLOWANCE);
+    let one = || piece::integrate(Method::Exact, &black_box(piece), black_box(&SPAN), &ALLOWANCE);
     bencher.counter(ItemsCount::new(1usize)).bench_local(one);
 }
 
 /// Pieces under a headlight, whose gradient turns by so much: the second is cut.
 #[divan::bench(args = [0.01, 1.0])]
 fn integrate_lit(bencher: Bencher, turn: f32) {
-    let shading = AlongRay::new([0.3, 0.7, 0.2, 20.0], None, [0.0, 0.0, 1.0]);
-    let [share, rest, through, reach] = ALLOWANCE;
-    let allowance = [share, rest, through, reach, 0.0];
-    let interpolant = [0.2, 0.1, 1.0, 0.2 + turn, 0.1 - turn, 1.0, 0.0, 0.0, 0.0, 1e-3];
+    let (ambient, diffuse, specular, shininess) = (0.3, 0.7, 0.2, 20.0);
+    let shading = shade::Shading { ambient, diffuse, specular, shininess, towards_light: None, is_packed: false };
+    let shading = &shading.along::<f32>(DVec3::Z);
+    let (from, to) = ([0.0, 0.2, 0.1, 1.0], [0.0, 0.2 + turn, 0.1 - turn, 1.0]);
+    let interpolant = FrustumInterpolant { from, to, kappa: [0.0; 4], eps: 1e-3 };
     let one = || {
-        let (piece, interpolant) = (black_box(piece(0.05)), black_box(interpolant));
-        shading.lit(Method::Exact, piece, &SPAN, allowance, interpolant, [0.0, 1.0], false)
+        let (piece, interpolant) = (black_box(piece(0.05)), &black_box(interpolant));
+        let (method, allowance, span) = (Method::Exact, &ALLOWANCE, &SPAN);
+        let lit = Lit::<f32, 4> { method, allowance, shading, span, interpolant, gradient_size: 0.0 };
+        lit.light(&piece, [0.0, 1.0], Lit::<f32, 4>::MAX_CUTS, 0.0)
     };
     bencher.counter(ItemsCount::new(1usize)).bench_local(one);
 }

@@ -1,6 +1,6 @@
 //! Renders frames one at a time on a thread of their own, while the model computes on.
 //!
-//! The model submits a copy of the fields that the scenes of a step need ([`Snapshot`]) and continues; the frames are
+//! The model submits a copy of the fields that the scenes of a step need (`snapshot.rs`) and continues; the frames are
 //! drawn from the copy, in order, and passed to the [`Writer`]. At most one step is in progress: submitting the next
 //! one blocks the model until then. Memory is one copy of each field, and a model that submits pictures faster than
 //! they are drawn is slowed. Tables of the grid are not copied; after [`Background::wait`] no thread reads them.
@@ -23,6 +23,7 @@ use std::time::Instant;
 
 mod copies;
 mod frame_inputs;
+mod snapshot;
 
 use copies::Copies;
 pub use frame_inputs::{Accepted, Drawn, FrameInputs, FrameSetup};

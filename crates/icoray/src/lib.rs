@@ -8,7 +8,7 @@
 //! A generated mesh of 2,562 cells in place of a model's tables, and a wave in place of its field:
 //!
 //! ```standalone_crate
-//! use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape, output};
+//! use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, output};
 //!
 //! let mesh = IcosahedralMesh::new(4)?;
 //! let grid = Grid::new(mesh.tables())?;
@@ -81,7 +81,6 @@ mod render;
 mod render_inputs;
 mod sampling;
 mod scattered;
-mod snapshot;
 pub mod suggest;
 mod time_budget;
 
@@ -107,18 +106,16 @@ pub use icoray_scene::{
 pub use plan::{FrameMemory, Plan, Savings};
 pub use ranks::{Columns, Decomposition, DistributedGrid, Owned, Part, PartCells, PartCorners, Ranks, Team};
 pub use render::{Contribution, Histogram, Probe, ProbePoint, Rendered, Renderer, ScenePart};
-pub use snapshot::Snapshot;
 
 /// Writes pictures and their report to disk: one at a time, or on a thread while the model goes on.
 ///
 /// ```
-/// # use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+/// # use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene};
 /// # let mesh = IcosahedralMesh::new(2)?;
 /// # let grid = Grid::new(mesh.tables())?;
 /// # let layers = Layers::from_heights(&[0.0, 1e6], 6.371e6)?;
 /// # let values = vec![1.0f32; 2 * grid.cells()];
-/// # let shape = Shape::cell_fastest(grid.cells(), 2);
-/// # let field = Field::new(values.as_slice().into(), shape, Location::Center, None)?;
+/// # let field = Field::level_fastest(&values, 2, Location::Center)?;
 /// # let scene = Scene::parse(
 /// #     "field = 'one'
 /// #      image = { width = 8, height = 8 }
@@ -146,7 +143,7 @@ pub mod output {
     pub use icoray_output::{
         Animated, Existing, Mask, Outcome, Outcomes, Submitted, WhenFull, Writer, WriterOptions, Written, exr_bytes,
         figures, png_bytes, png_layers, printed_units, rgba8, write_animation, write_color_maps, write_error_map,
-        write_error_map_with, write_frame, write_frame_with, write_picture, write_picture_with, write_text,
+        write_frame, write_picture, write_picture_with, write_text,
     };
     pub use icoray_scene::name::{FrameNames, NameTemplate, Output, Stamp};
     pub use icoray_scene::series::{Cinema, Concat, Series};

@@ -7,7 +7,7 @@ use crate::ranges::FieldValues;
 use crate::ranks::{HAS_WHOLE, Part, Ranks};
 use crate::render_inputs::RenderInputs;
 use icoray_grid::{Error, ErrorKind, Field, Grid, Layers, Result};
-use icoray_output::{Colors, Frame, Sharing};
+use icoray_output::{Frame, Sharing};
 use icoray_scene::{Backend, Scene, Scheme};
 use std::time::Instant;
 
@@ -88,7 +88,7 @@ impl Renderer {
         fields: impl Into<Fields<'f>>,
     ) -> Result<Rendered> {
         let given = RenderInputs { scene, grid, part, layers, fields: &fields.into() };
-        self.render_since(Instant::now(), ranks, &given)
+        self.in_context(Instant::now(), ranks, &given, draw::draw)
     }
 
     /// The device for a picture, if there is one that supports it. Collective.
@@ -99,38 +99,6 @@ impl Renderer {
         let node_rank = ranks.node_rank()?;
         // On one of the renderer's threads, so that threads that a driver starts do not descend from the host's.
         Ok(self.run(|| self.device_for(scene, node_rank)))
-    }
-
-    /// [`Self::render_over`] for a frame that began at `start`.
-    fn render_since(&self, start: Instant, ranks: &mut Ranks, given: &RenderInputs) -> Result<Rendered> {
-        self.in_context(start, ranks, given, |context, ranks| {
-            let FrameContext { scene: settled, fields, has_whole, sharing, bytes_derived, .. } = *context;
-            let mut rendered = draw::draw(context, ranks)?;
-            let report = rendered.report_mut();
-            report.bytes_derived += bytes_derived;
-            report.threads = self.threads();
-            report.ranks.count = ranks.size();
-            report.colors = Colors::of(given.scene, settled);
-            report.ranks.sharing = (!ranks.is_alone()).then_some(sharing);
-            let has_first = report.value_range.is_some();
-            let is_empty = |number: usize, field: &PreparedField| match number {
-                0 => !has_first,
-                _ => has_whole && !field.field().has_values(),
-            };
-            let empty = fields.iter().enumerate().filter(|(number, field)| is_empty(*number, field));
-            report.without_values = empty.map(|(_, field)| field.name().to_owned()).collect();
-            let range = |(number, field): (usize, &PreparedField)| {
-                let range = match number {
-                    0 => report.value_range,
-                    _ if has_whole => context.range(number).0,
-                    _ => None,
-                };
-                Some((field.name().to_owned(), range?))
-            };
-            report.value_ranges = fields.iter().enumerate().filter_map(range).collect();
-            report.off_values = settled.off_values(&report.value_ranges);
-            Ok(rendered)
-        })
     }
 
     /// Prepares a frame's plan, fields and heights, with the derived ones, and keeps what the next frame may reuse after
@@ -178,6 +146,7 @@ impl Renderer {
         let context = FrameContext {
             renderer: self,
             device: self.find_device(ranks, scene)?,
+            asked: given.scene,
             scene,
             plan: &plan,
             grid,

@@ -2,7 +2,7 @@
 //! rendered while one is encoded.
 
 use super::target::Target;
-use icoray::output::{Existing, Output, Stamp, Writer, WriterOptions, write_error_map_with, write_picture_with};
+use icoray::output::{Existing, Output, Stamp, Writer, WriterOptions, write_error_map, write_picture_with};
 use icoray::{Frame, Result};
 use std::collections::VecDeque;
 use std::path::Path;
@@ -106,7 +106,7 @@ impl<'a> OutputQueue<'a> {
     }
 
     fn write_error_map(&self, frame: &Frame) -> Result<()> {
-        self.error_map.map_or(Ok(()), |path| write_error_map_with(path, frame, self.existing))
+        self.error_map.map_or(Ok(()), |path| write_error_map(path, frame, self.existing))
     }
 
     fn completed(&mut self) -> Vec<Result<String>> {

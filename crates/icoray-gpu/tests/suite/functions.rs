@@ -1,10 +1,12 @@
 //! Functions of the shaders, run on tables of inputs, against the same functions on the CPU.
 
 use icoray::Method;
-use icoray::device::{ENDLESS, mirror};
+use icoray::device::ENDLESS;
 use icoray_gpu::layout::{self, Params};
+use icoray_grid::real::Real;
+use icoray_kernel::piece::{self, ErrorBudget, bend_factor};
 
-use crate::dispatch::{Device, SEGMENT_AT, absorbing_spans, ulps};
+use crate::dispatch::{Device, SEGMENT_AT, absorbing_spans, numbers_of, segment, ulps};
 
 /// Segments: f0, f1, kappa, eps, length.
 fn segments() -> Vec<[f32; 5]> {
@@ -29,7 +31,7 @@ fn absorption_and_bend_factor() {
     let depths: Vec<f32> = (-300..60).map(|i| 1.2f32.powi(i)).chain([0.0, 0.5, 0.500_000_06, 100.0, 1e12]).collect();
     let got = device.run("#import kernel/real", "let all = array<f32, 1>(absorbed_by(inputs[i]));", &depths, 1, 1);
     for (x, got) in depths.iter().zip(got) {
-        let expected = mirror::absorbed_by(*x);
+        let expected = x.absorbed_by();
         assert!(ulps(got, expected, 0.0) <= 4.0, "{x:e}: {got:e}, expected {expected:e}");
     }
     let eps: Vec<f32> = (-999..5000)
@@ -40,7 +42,7 @@ fn absorption_and_bend_factor() {
         .collect();
     let got = device.run("#import kernel/piece", "let all = array<f32, 1>(bend_factor(inputs[i]));", &eps, 1, 1);
     for (e, got) in eps.iter().zip(got) {
-        let expected = mirror::bend_factor(*e);
+        let expected = bend_factor(*e);
         // Below -0.75 and above 3 the closed form suffers cancellation.
         let max = if *e < -0.75 || *e > 3.0 { 64.0 } else { 6.0 };
         assert!(ulps(got, expected, 0.0) <= max, "{e:e}: {got:e}, expected {expected:e}");
@@ -72,10 +74,11 @@ fn segments_value_part_extremum_and_solve() {
     for ((s, u), got) in cases.iter().zip(got.chunks_exact(9)) {
         let [f0, f1, kappa, eps, _] = *s;
         let what = format!("{s:?} at {u}: {got:?}");
+        let s = segment(*s);
         let size = f0.abs() + f1.abs() + kappa.abs();
-        let value = mirror::segment_value(*s, *u);
+        let value = s.value(*u);
         worst[0] = worst[0].max(ulps(got[0], value, size / (1.0 + eps)));
-        let turn = mirror::segment_extremum(*s);
+        let turn = s.extremum();
         if turn.is_some() == (got[1] == 1.0) {
             let (at, f) = turn.unwrap_or((got[2], got[3]));
             worst[1] = worst[1].max(ulps(got[2], at, 0.0)).max(ulps(got[3], f, size));
@@ -86,17 +89,17 @@ fn segments_value_part_extremum_and_solve() {
             assert!(least <= 4.0 * f32::EPSILON * size && !(1e-3..=0.999).contains(&at), "{what}");
         }
         let v = f0 + u * (f1 - f0);
-        let solved = mirror::segment_solve(*s, v);
+        let solved = s.solve(v);
         // Where f is flat, roots differ much: compare the values there, on monotone segments.
         if turn.is_none() && f0 != f1 {
-            let [ours, theirs] = [got[4], solved].map(|u| mirror::segment_value(*s, u));
+            let [ours, theirs] = [got[4], solved].map(|u| s.value(u));
             worst[2] = worst[2].max(ulps(ours, theirs, size / (1.0 + eps)));
         }
-        let part = mirror::segment_part(*s, (*u, value), (1.0, f1));
-        for (got, expected) in got[5..8].iter().zip(&part[2..]) {
-            worst[3] = worst[3].max(ulps(*got, *expected, 0.0));
+        let part = s.part((*u, value), (1.0, f1));
+        for (got, expected) in got[5..8].iter().zip([part.kappa, part.eps, part.length]) {
+            worst[3] = worst[3].max(ulps(*got, expected, 0.0));
         }
-        assert!(ulps(got[8], mirror::segment_reach(*s, 1.0), 0.0) <= 2.0, "{what}");
+        assert!(ulps(got[8], s.reach(1.0), 0.0) <= 2.0, "{what}");
     }
     println!("value, extremum, solve, part: {worst:?} ulp");
     let max = [4.0, 16.0, 16.0, 12.0];
@@ -130,7 +133,9 @@ fn integrals_of_pieces() {
         let got = device.run_with(&text, body, &inputs, 17, 6, &constant);
         let (mut worst, mut others) = (0.0f64, 0);
         for ((piece, span, share), got) in cases.iter().zip(got.chunks_exact(6)) {
-            let expected = mirror::integrate(method, *piece, span, [*share, 1e-5, 1.0, 1e-7]);
+            let (color_tolerance, min_transmittance) = (*share, 1e-5);
+            let allowance = ErrorBudget { color_tolerance, min_transmittance, transmittance: 1.0, reach: 1e-7 };
+            let expected = numbers_of(piece::integrate(method, &segment(*piece), span, &allowance));
             let what = format!("{name} {piece:?} {span:?} {share:e}: {got:?}, expected {expected:?}");
             assert!(ulps(got[3], expected[3], 0.0) <= 64.0, "{what}");
             // At the limit of a rule's error bound, one of the two may choose the next rule.

@@ -1,11 +1,15 @@
 //! Functions of `kernel/shade.wgsl` and `kernel/lit.wgsl`, run on tables of inputs, against the same functions on the
 //! CPU.
 
+use glam::DVec3;
 use icoray::Method;
 use icoray::device::Span;
-use icoray::device::mirror::light::{AlongRay, direction, gradient, spread};
+use icoray_kernel::lit::{FrustumInterpolant, LightSpread, Lit, mean_shade};
+use icoray_kernel::piece::{ErrorBudget, Radiance};
+use icoray_kernel::shade::{MeanShade, RayShading, Shade, Shading};
+use icoray_kernel::turn::direction;
 
-use crate::dispatch::{Device, SEGMENT_AT, absorbing_spans, span, ulps};
+use crate::dispatch::{Device, SEGMENT_AT, absorbing_spans, numbers_of, segment, span, ulps};
 
 /// Number of members of the shader's `RayShading`, in its order.
 const NUMBERS: usize = 11;
@@ -21,7 +25,7 @@ fn interpolant_at(at: u32) -> FrustumInterpolant {
     return FrustumInterpolant(at3(at), at3(at + 3u), at3(at + 6u), inputs[at + 9u], 0.0);
 }";
 
-fn numbers(s: &AlongRay) -> [f32; NUMBERS] {
+fn numbers(s: &RayShading<f32>) -> [f32; NUMBERS] {
     let ([lx, ly, lz], [hx, hy, hz]) = (s.light, s.halfway);
     [s.ambient, s.diffuse, s.specular, s.shininess, lx, ly, lz, hx, hy, hz, s.sharpness]
 }
@@ -48,8 +52,14 @@ fn shadings() -> Vec<([f64; 4], Option<[f64; 3]>)> {
     models.iter().flat_map(|model| suns.map(|sun| (*model, sun))).collect()
 }
 
-fn all_along() -> Vec<AlongRay> {
-    shadings().into_iter().map(|(model, sun)| AlongRay::new(model, sun, DIRECTION)).collect()
+fn along([ambient, diffuse, specular, shininess]: [f64; 4], sun: Option<[f64; 3]>) -> RayShading<f32> {
+    let towards_light = sun.map(DVec3::from_array);
+    let shading = Shading { ambient, diffuse, specular, shininess, towards_light, is_packed: false };
+    shading.along(DVec3::from_array(DIRECTION))
+}
+
+fn all_along() -> Vec<RayShading<f32>> {
+    shadings().into_iter().map(|(model, sun)| along(model, sun)).collect()
 }
 
 /// Gradients of many lengths, across and along the ray, and zero.
@@ -74,7 +84,7 @@ fn shading_along_a_ray() {
     let halves3 = icoray_gpu::layout::halves3;
     let (mut inputs, mut expected) = (Vec::new(), Vec::new());
     for (model, sun) in shadings() {
-        let theirs = AlongRay::new(model, sun, DIRECTION);
+        let theirs = along(model, sun);
         let [dir_hi, dir_lo] = halves3(DIRECTION);
         let [light_hi, light_lo] = halves3(sun.unwrap_or_default());
         inputs.extend([light_hi, light_lo, dir_hi, dir_lo].as_flattened());
@@ -118,8 +128,8 @@ fn shades_of_gradients_and_of_the_core() {
     let mut worst = [0.0f64; 4];
     let mut gleaming = 0;
     for ((shading, gradient), got) in cases.iter().zip(got.chunks_exact(6)) {
-        let [body, highlight] = shading.shade(*gradient);
-        let normal = direction(*gradient);
+        let Shade { body, highlight } = shading.shade(*gradient);
+        let normal = direction(gradient);
         // Drivers may fuse the products of a cosine with its sum, which then need not cancel.
         worst[0] = worst[0].max(ulps(got[0], body, shading.diffuse));
         // The error of a highlight grows with its exponent; weak highlights have none of their own.
@@ -131,7 +141,7 @@ fn shades_of_gradients_and_of_the_core() {
         }
         let unlike = gradient.iter().any(|g| g.abs() > 1e6);
         if !unlike {
-            let solid = shading.solid(gradient.map(f64::from));
+            let solid = shading.solid(DVec3::from_array(gradient.map(f64::from)));
             let size = gradient.iter().fold(0.0f32, |max, g| max.max(g.abs()));
             worst[3] = worst[3].max(ulps(got[5], solid, size));
         }
@@ -187,7 +197,8 @@ fn mean_shades_and_apply() {
     let got = device.run(&text, body, &inputs, 34, 10);
     let mut near = 0;
     for ((shading, gradients, piece, span, light), got) in cases.iter().zip(got.chunks_exact(10)) {
-        let mean = shading.mean(*piece, span, gradients);
+        let MeanShade { shade, tilt, off, .. } = mean_shade(shading, &segment(*piece), span, gradients);
+        let mean = [shade.body, shade.highlight, tilt, off];
         let what = format!("{shading:?} {gradients:?} {piece:?} {span:?} {light:?}: {got:?} {mean:?}");
         // Powers have the error of their exponent, and so have cosines that differ by a rounding.
         let sharp = 1.0 + shading.shininess;
@@ -196,7 +207,11 @@ fn mean_shades_and_apply() {
             assert!((got[k] - mean[k]).abs() <= allowed + 1e-5 * mean[3], "{what}");
         }
         near += usize::from(mean[3] < 1e-2);
-        let lit = shading.apply(*light, [got[0], got[1], got[2], got[3]], [0.3, -0.1, 0.0]);
+        let [r, g, b, alpha, error, variance] = *light;
+        let light = Radiance { color: [r, g, b], alpha, error, variance };
+        // Across gradients that do not cancel.
+        let mean = MeanShade { shade: Shade { body: got[0], highlight: got[1] }, tilt: got[2], off: got[3], size: 1.0 };
+        let lit = numbers_of(shading.apply(light, &mean, [0.3, -0.1, 0.0], shading.deviation_of(0.0, 1.0)));
         for k in 0..6 {
             assert!(ulps(got[4 + k], lit[k], if k < 3 { 1.0 } else { 0.0 }) <= 8.0, "{what} {lit:?}");
         }
@@ -234,6 +249,10 @@ fn interpolants() -> Vec<[f32; 10]> {
         [1.0, 0.0, 0.0, -1.0, 1e-3, 0.0, 0.0, 0.0, 0.0, 0.8],
         [0.0; 10],
     ]
+}
+
+fn interpolant_of([ax, ay, az, bx, by, bz, kx, ky, kz, eps]: [f32; 10]) -> FrustumInterpolant<f32, 4> {
+    FrustumInterpolant { from: [0.0, ax, ay, az], to: [0.0, bx, by, bz], kappa: [0.0, kx, ky, kz], eps }
 }
 
 /// Pieces: f0, f1, kappa, eps, length.
@@ -282,12 +301,12 @@ fn gradients_along_interpolants_and_the_centre_of_light() {
         let all = array<f32, 5>(g.x, g.y, g.z, s.centre, s.error_bound);";
     let got = device.run(&text, body, &inputs, 19, 5);
     for ((interpolant, u, piece, span), got) in cases.iter().zip(got.chunks_exact(5)) {
-        let expected = gradient(*interpolant, *u);
+        let expected = interpolant_of(*interpolant).gradient(*u);
         let size = interpolant[..9].iter().fold(0.0f32, |max, x| max.max(x.abs()));
         for k in 0..3 {
             assert!(ulps(got[k], expected[k], size) <= 4.0, "{interpolant:?} {u}: {got:?}, expected {expected:?}");
         }
-        let (centre, error_bound) = spread(*piece, span);
+        let LightSpread { centre, error_bound, .. } = LightSpread::of(&segment(*piece), span);
         let what = format!("{piece:?} {span:?}: {got:?}, expected {centre} {error_bound}");
         assert!(ulps(got[3], centre, 0.1) <= 4.0 && ulps(got[4], error_bound, 0.0) <= 8.0, "{what}");
     }
@@ -334,7 +353,12 @@ fn pieces_under_light() {
         let (mut worst, mut others) = (0.0f64, 0);
         for (case, got) in cases.iter().zip(got.chunks_exact(6)) {
             let (shading, piece, span, interpolant, allowance, range, is_coarse) = case;
-            let expected = shading.lit(method, *piece, span, *allowance, *interpolant, *range, *is_coarse);
+            let [color_tolerance, min_transmittance, transmittance, reach, spare] = *allowance;
+            let allowance = &ErrorBudget { color_tolerance, min_transmittance, transmittance, reach };
+            let interpolant = &interpolant_of(*interpolant);
+            let lit = Lit { method, allowance, shading, span, interpolant, gradient_size: 0.0 };
+            let cuts = if *is_coarse { 0 } else { Lit::<f32, 4>::MAX_CUTS };
+            let expected = numbers_of(lit.light(&segment(*piece), *range, cuts, spare));
             let what = format!("{name} {case:?}: {got:?}, expected {expected:?}");
             let is_same = (got[4] - expected[4]).abs() <= 1e-3 * expected[4] + 1e-8;
             for k in 0..4 {

@@ -1,9 +1,11 @@
 //! The shaders parse and validate, and agree with Rust in structs and constants. That their functions agree is tested
 //! by numbers (`functions.rs`, `light.rs`) and by pictures.
 
-use icoray::device::mirror;
 use icoray_gpu::layout::{Clip, Fragment, Isosurface, LAYOUTS, Material, Passed, Pixel, SurfaceLayer};
 use icoray_gpu::shader::{Contents, SOURCES, compose, compose_for};
+use icoray_grid::real::Real;
+use icoray_kernel::lit::{HALVINGS_ALONG, HALVINGS_AT_START, Lit};
+use icoray_kernel::piece;
 use naga::{Module, TypeInner};
 use std::path::{Path, PathBuf};
 
@@ -141,12 +143,12 @@ fn constants_are_those_of_rust() {
         ("ROUNDING", f32::EPSILON / 2.0),
         ("MISSED", Pixel::MISSED),
         ("LOST", Pixel::LOST),
-        ("SURFACE", mirror::SURFACE),
-        ("THIN", mirror::THIN),
-        ("MAX_PANELS", mirror::MAX_PANELS as f32),
-        ("MAX_CUTS", mirror::MAX_CUTS as f32),
-        ("HALVINGS_AT_START", mirror::HALVINGS[0] as f32),
-        ("HALVINGS_ALONG", mirror::HALVINGS[1] as f32),
+        ("SURFACE", f32::SURFACE as f32),
+        ("THIN", piece::THIN as f32),
+        ("MAX_PANELS", piece::MAX_PANELS as f32),
+        ("MAX_CUTS", Lit::<f32, 4>::MAX_CUTS as f32),
+        ("HALVINGS_AT_START", HALVINGS_AT_START as f32),
+        ("HALVINGS_ALONG", HALVINGS_ALONG as f32),
     ] {
         assert_eq!(constant(module, name), f64::from(value), "{name}");
     }

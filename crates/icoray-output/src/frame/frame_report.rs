@@ -44,7 +44,7 @@ pub struct FrameReport {
     /// Bytes of data derived from the field (averages of corner fields, gradients) and, at the rank that made them, of
     /// the tables of a node's mesh (`Columns::table_bytes`).
     pub bytes_derived: usize,
-    /// Bytes of the fields that this rank copied; 0 unless the frame was rendered from a `Snapshot` or from `Columns`,
+    /// Bytes of the fields that this rank copied; 0 unless the frame was rendered in the background or from `Columns`,
     /// which are assembled once per node.
     pub bytes_copied: u64,
     /// Data that the plan left out, as text.
@@ -60,7 +60,7 @@ pub struct Timing {
     pub render_s: f64,
     /// Encoding and writing.
     pub write_s: f64,
-    /// Copying the fields into a `Snapshot` or `Columns`, waits of ranks for each other included; else 0.
+    /// Copying the fields for the background or into `Columns`, waits of ranks for each other included; else 0.
     pub copy_s: f64,
     /// Waits of the caller, which is the model: for the previous frame, or for room in the writer's queue.
     pub waited_s: f64,

@@ -1,6 +1,7 @@
 //! The exact texts, and existing entries.
 
 use super::*;
+use crate::atomic::Existing;
 use crate::frame::tests::frame;
 use crate::write::write_frame;
 use icoray_scene::name::{NameTemplate, Output};
@@ -17,7 +18,7 @@ fn output(file: &str, series: Series) -> Output {
 fn written(folder: &Path, output: &Output, steps: &[i64], path: &str) -> String {
     for &step in steps {
         let stamp = Stamp { step, time_s: 600.0 * step as f64, date: None };
-        write_frame(folder, output, &stamp, &mut frame()).unwrap();
+        write_frame(folder, output, &stamp, &mut frame(), Existing::Overwrite).unwrap();
     }
     fs::read_to_string(folder.join(path)).unwrap()
 }

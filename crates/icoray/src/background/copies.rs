@@ -1,11 +1,11 @@
 //! Copies of the fields of a step, from which its frames are rendered.
 
+use super::snapshot::Snapshot;
 use super::{FrameInputs, FrameSetup};
 use crate::fields::Fields;
 use crate::plan::Plan;
 use crate::ranks::{Columns, Decomposition, GatherInputs, NodeFields, Ranks};
 use crate::render::Renderer;
-use crate::snapshot::Snapshot;
 use icoray_grid::Result;
 use std::fmt;
 use std::mem::take;
@@ -50,7 +50,7 @@ impl Copies {
             }
         }
         let copied = ranks.attempt(|| {
-            self.own.take(own, renderer);
+            self.own.take(&own, renderer);
             Ok(())
         });
         ranks.collective(copied)?;

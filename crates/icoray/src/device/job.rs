@@ -1,6 +1,6 @@
 //! A picture's rays, prepared for a device.
 
-use super::{BudgetTable, ENDLESS, NativeLayers, Scenery, Span, Step};
+use super::{BudgetTable, ENDLESS, NativeLayers, Scenery, Shading, Span, Step};
 use crate::plan::Plan;
 use crate::plan::budget::allowed;
 use crate::raster::{Raster, Rect};
@@ -26,7 +26,7 @@ pub(crate) trait GradientSource: fmt::Debug + Sync {
 pub struct Job<'f> {
     number: u64,
     scene: &'f Scene,
-    pub(super) plan: &'f Plan,
+    plan: &'f Plan,
     grid: &'f Grid<'f>,
     field: &'f Field<'f>,
     gradients: &'f dyn GradientSource,
@@ -187,12 +187,16 @@ impl<'f> Job<'f> {
         self.spans.steps()
     }
 
+    /// The shading, if rays are traced with light.
+    pub fn shading(&self) -> Option<Shading> {
+        self.plan.shading.filter(|_| self.quality.lights != Lights::Off)
+    }
+
     /// Division of the tolerance along a ray.
     pub fn allowed(&self) -> BudgetTable {
         let budget = allowed(self.scene, &self.quality);
-        let shading = self.plan.shading.filter(|_| self.quality.lights != Lights::Off);
         BudgetTable {
-            color_tolerance: budget.color_tolerance_in::<f32>(shading.as_ref()) as f32,
+            color_tolerance: budget.color_tolerance_in::<f32>(self.shading().as_ref()) as f32,
             min_transmittance: budget.min_transmittance as f32,
             brightest: budget.brightest as f32,
         }

@@ -7,8 +7,6 @@
 mod fields;
 mod isosurfaces;
 mod job;
-mod light;
-pub mod mirror;
 mod scenery;
 mod tables;
 mod volumes;
@@ -17,11 +15,11 @@ pub use crate::raster::Rect;
 pub use fields::{FieldId, MAX_FIELDS, SceneField};
 pub use icoray_kernel::Fragment;
 pub use icoray_kernel::general::PaintedPlace;
+pub use icoray_kernel::shade::Shading;
 pub use icoray_kernel::signature::BoundarySignature;
 pub use isosurfaces::{ColorByField, Isosurface, IsosurfacePaint};
 pub(crate) use job::GradientSource;
 pub use job::{Content, Job};
-pub use light::Shading;
 pub(crate) use scenery::unsupported;
 pub use scenery::{
     ClipRegion, MAX_CLIPS, MAX_SURFACES, Material, NativeLayers, Paint, Scenery, SurfaceLayer, SurfacePlace,

@@ -1,34 +1,38 @@
 //! Renders fields whose columns are distributed over ranks: each node gathers whole fields and draws from them.
 
+use super::draw;
 use super::rendered::Rendered;
 use super::renderer::Renderer;
 use crate::fields::Fields;
 use crate::plan::CELL_CORNER;
-use crate::ranks::{Columns, Decomposition, DistributedGrid, GatherInputs, NodeFields, Ranks};
+use crate::ranks::{Decomposition, DistributedGrid, GatherInputs, NodeFields, Ranks};
 use crate::render_inputs::RenderInputs;
 use icoray_grid::{Grid, Layers, Result};
 use icoray_scene::Scene;
 use std::time::Instant;
 
 impl Renderer {
-    /// Renders `scene` together with the other ranks, as [`Self::render_over`] does if all have the same data: each
-    /// rank passes the whole `grid`, and `fields`, and heights if the scene needs them, have the columns of `columns`,
-    /// of which only own ones are read. Collective. The picture is bitwise that of one process with the whole fields.
+    /// Renders `scene` together with the other ranks, as [`Self::render_over`] does if all have the same data.
+    /// Collective. With [`Decomposition::Columns`] `fields`, and heights if the scene needs them, have the columns of
+    /// this rank, of which only own ones are read; the picture is bitwise that of one process with the whole fields.
+    /// Without, they are whole fields over a whole grid.
     ///
     /// # Errors
     /// As [`Self::render_over`]; [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) if a field or heights have other
     /// columns than this rank.
-    pub fn render_columns<'f>(
+    pub fn render_decomposed<'f>(
         &self,
         ranks: &mut Ranks,
         scene: &Scene,
-        grid: &Grid,
-        columns: &Columns,
-        layers: &Layers,
+        data: DistributedGrid,
         fields: impl Into<Fields<'f>>,
     ) -> Result<Rendered> {
-        let start = Instant::now();
-        let fields = fields.into();
+        let DistributedGrid { grid, decomposition, layers } = data;
+        let (start, fields) = (Instant::now(), fields.into());
+        let Some(Decomposition::Columns(columns)) = decomposition else {
+            let given = RenderInputs { scene, grid, part: None, layers, fields: &fields };
+            return self.in_context(start, ranks, &given, draw::draw);
+        };
         let derivation_inputs = scene.derivation_inputs().collect();
         let inputs = GatherInputs { threads: &self.threads, grid, layers, derivation_inputs };
         let gathered = columns.gather(ranks, &inputs, || fields.needed_by(scene))?;
@@ -40,28 +44,6 @@ impl Renderer {
         }
         gathered.leave(ranks);
         rendered
-    }
-
-    /// Renders `scene` together with the other ranks: [`Self::render_columns`] for distributed columns, or
-    /// [`Self::render_over`] for a whole grid and whole fields. Collective.
-    ///
-    /// # Errors
-    /// Those of these two.
-    pub fn render_decomposed<'f>(
-        &self,
-        ranks: &mut Ranks,
-        scene: &Scene,
-        data: DistributedGrid,
-        fields: impl Into<Fields<'f>>,
-    ) -> Result<Rendered> {
-        let DistributedGrid { grid, decomposition, layers } = data;
-        match decomposition {
-            Some(Decomposition::Columns(columns)) => self.render_columns(ranks, scene, grid, columns, layers, fields),
-            Some(Decomposition::Whole) | None => {
-                let given = RenderInputs { scene, grid, part: None, layers, fields: &fields.into() };
-                self.render_since(Instant::now(), ranks, &given)
-            }
-        }
     }
 
     /// Renders `scene` from fields that nodes have gathered, as a frame that began at `start`. Collective.
@@ -79,7 +61,7 @@ impl Renderer {
             return Err(error.clone());
         }
         let given = RenderInputs { scene, grid: gathered.grid(grid), part: gathered.part(), layers, fields: &fields };
-        let mut rendered = self.render_since(start, ranks, &given)?;
+        let mut rendered = self.in_context(start, ranks, &given, draw::draw)?;
         let report = rendered.report_mut();
         report.bytes_derived += gathered.table_bytes() + gathered.bytes_averaged as usize;
         if gathered.are_averaged(&fields) {

@@ -15,6 +15,9 @@ use std::time::Instant;
 pub(super) struct FrameContext<'f> {
     pub renderer: &'f Renderer,
     pub device: DeviceChoice,
+    /// The scene that was asked for.
+    pub asked: &'f Scene,
+    /// The scene with the ranges of all colour maps.
     pub scene: &'f Scene,
     pub plan: &'f Plan,
     pub grid: &'f Grid<'f>,

@@ -6,7 +6,7 @@ use super::lazy::Lazy;
 use super::prepare::FieldSummary;
 use super::prepared_field::PreparedField;
 use super::rendered::Rendered;
-use super::work::{Painter, Rays, Work, budget};
+use super::work::{Painter, Work, budget};
 use super::{frame_cache, picture};
 use crate::device::{ClipRegion, Scenery};
 use crate::edges::Edges;
@@ -17,8 +17,10 @@ use icoray_kernel::ground::Ground;
 use icoray_kernel::shade::Shading;
 use icoray_kernel::transfer::KernelKnot;
 use icoray_kernel::{SceneTracer, Tracer};
+use icoray_output::{Colors, FrameReport};
 use icoray_scene::{Heights, Lights, Quality};
-use scene_builder::{BuiltScene, SceneBuilder};
+pub(super) use scene_builder::BuiltScene;
+use scene_builder::SceneBuilder;
 use terrain::Terrain;
 
 mod recorded_ray;
@@ -28,33 +30,29 @@ mod terrain;
 pub use recorded_ray::ScenePart;
 pub(super) use recorded_ray::{ProbedScene, RayPart};
 
-/// Rays through a scene.
-struct SceneRays<'p, 'f> {
-    context: &'p FrameContext<'f>,
-    built: &'p Lazy<'f, BuiltScene<'f>>,
-}
-
-impl Rays for SceneRays<'_, '_> {
-    fn get_ready(&self) {
+/// Rays through the scene.
+impl<'p, 'f> Work<'p, 'f> {
+    /// Computes the inputs of tracing that are not computed yet.
+    pub(super) fn get_ready(&self) {
         if self.built.get().packets.is_some() {
             self.context.grid.half_edges();
         }
     }
 
-    fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {
+    /// A tracer at a quality.
+    pub(super) fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {
         // Before there are tiles, each of which would ask for them.
         self.get_ready();
         let packets = self.built.get().packets.as_ref().map(|(level, packets)| (*level, packets));
         SceneTracer { rays: self.settings(quality), packets, integrates: self.context.renderer.integrates }.boxed()
     }
 
-    fn painter(&self, quality: &Quality) -> Box<Painter<'_>> {
+    /// The light of lines and grounds that rays of a device meet, at a quality.
+    pub(super) fn painter(&self, quality: &Quality) -> Box<Painter<'_>> {
         let settings = self.settings(quality);
         Box::new(move |eye, dir, place| settings.painted(eye, dir, place))
     }
-}
 
-impl<'p, 'f> SceneRays<'p, 'f> {
     fn settings(&self, quality: &Quality) -> RaySettings<'p, 'f> {
         let FrameContext { renderer, scene, plan, .. } = *self.context;
         let built = &self.built.get().scene;
@@ -98,14 +96,41 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     let core = core.filter(|_| scene.core.is_some() && !has_boundaries);
     let top = top.filter(|_| scene.scenery.heights == Heights::Mean);
     let edges = Edges::new(scene, core, top, has_boundaries);
-    let rays = &SceneRays { context, built: &built };
-    let work = Work { context, radius, ground, rays, edges };
+    let work = Work { context, built: &built, radius, ground, edges };
     let mut rendered = picture::draw(&work, ranks, &summary, on_device)?;
     if let Some(built) = built.into_known() {
         rendered.report_mut().bytes_derived += built.bytes();
         built.keep(&renderer.frame_cache);
     }
+    fill_report(context, ranks, rendered.report_mut());
     Ok(rendered)
+}
+
+/// Adds what a frame knows of its fields, colours, threads and ranks to its report.
+fn fill_report(context: &FrameContext, ranks: &Ranks, report: &mut FrameReport) {
+    let FrameContext { renderer, asked, scene, fields, has_whole, sharing, bytes_derived, .. } = *context;
+    report.bytes_derived += bytes_derived;
+    report.threads = renderer.threads();
+    report.ranks.count = ranks.size();
+    report.colors = Colors::of(asked, scene);
+    report.ranks.sharing = (!ranks.is_alone()).then_some(sharing);
+    let has_first = report.value_range.is_some();
+    let is_empty = |number: usize, field: &PreparedField| match number {
+        0 => !has_first,
+        _ => has_whole && !field.field().has_values(),
+    };
+    let empty = fields.iter().enumerate().filter(|(number, field)| is_empty(*number, field));
+    report.without_values = empty.map(|(_, field)| field.name().to_owned()).collect();
+    let range = |(number, field): (usize, &PreparedField)| {
+        let range = match number {
+            0 => report.value_range,
+            _ if has_whole => context.range(number).0,
+            _ => None,
+        };
+        Some((field.name().to_owned(), range?))
+    };
+    report.value_ranges = fields.iter().enumerate().filter_map(range).collect();
+    report.off_values = scene.off_values(&report.value_ranges);
 }
 
 /// Builds the kernel's scene where it is needed in any case, and receives gradients and normals of halo cells from

@@ -58,7 +58,7 @@ impl Exchanged {
     }
 }
 
-impl Work<'_> {
+impl Work<'_, '_> {
     /// Traces this rank's part of all tiles and exchanges fragments. Collective.
     pub(super) fn exchange(
         &self,
@@ -107,13 +107,11 @@ impl Work<'_> {
         // The device does not report seconds per tile.
         let of_device = |tile: u32, fragments: &TileFragments, counts: Counts| keep(tile, fragments, counts, 0.0);
         let left = match tiling.raster() {
-            Some(raster) => {
-                on_device.fragments(quality, raster, tiles, (&own, &*self.rays.painter(quality)), &of_device)
-            }
+            Some(raster) => on_device.fragments(quality, raster, tiles, (&own, &*self.painter(quality)), &of_device),
             None => tiles.to_vec(),
         };
         if !left.is_empty() {
-            let tracer = self.rays.tracer(quality);
+            let tracer = self.tracer(quality);
             left.par_iter().with_max_len(1).for_each(|tile| {
                 let start = Instant::now();
                 let places = sample_points(tiling, *tile);
@@ -164,7 +162,7 @@ impl Work<'_> {
             tile.counts += counts;
             give(tile);
         };
-        on_device.fragments(quality, raster, tiles, (&own, &*self.rays.painter(quality)), &compose)
+        on_device.fragments(quality, raster, tiles, (&own, &*self.painter(quality)), &compose)
     }
 
     fn composer(&self, quality: &Quality) -> Composer<'_> {

@@ -98,7 +98,7 @@ impl Renderer {
     /// have `None`. Ranks with columns or parts gather the fields as for a frame.
     ///
     /// # Errors
-    /// Those of [`Self::probe`]; on all ranks as [`Self::render_columns`].
+    /// Those of [`Self::probe`]; on all ranks as [`Self::render_decomposed`].
     pub fn probe_decomposed<'f>(
         &self,
         ranks: &mut Ranks,

@@ -17,14 +17,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// A renderer with its own threads, which end when it is dropped, and optionally a device.
 ///
 /// ```
-/// use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+/// use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene};
 ///
 /// let mesh = IcosahedralMesh::new(2)?;
 /// let grid = Grid::new(mesh.tables())?;
 /// let layers = Layers::from_heights(&[0.0, 1e6], 6.371e6)?;
 /// let values = vec![1.0f32; 2 * grid.cells()];
-/// let shape = Shape::cell_fastest(grid.cells(), 2);
-/// let field = Field::new(values.as_slice().into(), shape, Location::Center, None)?;
+/// let field = Field::level_fastest(&values, 2, Location::Center)?;
 /// let scene = Scene::parse(
 ///     "field = 'one'
 ///      image = { width = 8, height = 8 }

@@ -28,8 +28,8 @@ pub(super) struct Cost {
 }
 
 /// The inputs of the rounds of a picture.
-pub(super) struct Rounds<'p, 'w, 'd> {
-    pub work: &'p Work<'w>,
+pub(super) struct Rounds<'p, 'f, 'd> {
+    pub work: &'p Work<'p, 'f>,
     pub on_device: &'p mut OnDevice<'d>,
     pub cost: Cost,
 }

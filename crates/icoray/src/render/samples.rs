@@ -118,7 +118,7 @@ impl Rounds<'_, '_, '_> {
 }
 
 /// The picture to whose pixels samples are added.
-fn begin<'w>(work: &Work<'w>, ranks: &Ranks, manner: Manner, drawn: Drawn) -> Result<SampledPicture<'w>> {
+fn begin<'f>(work: &Work<'_, 'f>, ranks: &Ranks, manner: Manner, drawn: Drawn) -> Result<SampledPicture<'f>> {
     let FrameContext { renderer, scene, .. } = *work.context;
     let (edges, tolerance) = (&work.edges, manner.quality.tolerance);
     let begin = || {

@@ -2,6 +2,8 @@
 
 use super::context::FrameContext;
 use super::device::OnDevice;
+use super::draw::BuiltScene;
+use super::lazy::Lazy;
 use super::renderer::Renderer;
 use crate::edges::Edges;
 use crate::plan::budget::allowed;
@@ -24,32 +26,22 @@ pub(super) fn requested_quality(scene: &Scene) -> Quality {
     Quality { pixel_step: 1, tolerance: scene.tolerance, lights }
 }
 
-/// The source of tracers for a picture.
-pub(super) trait Rays: Sync {
-    /// Computes the inputs of tracing that are not computed yet.
-    fn get_ready(&self);
-    /// A tracer at a quality.
-    fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_>;
-    /// The light of lines and grounds that rays of a device meet, at a quality.
-    fn painter(&self, quality: &Quality) -> Box<Painter<'_>>;
-}
-
 /// The light at a place that the ray from an eye along a direction meets.
 pub(super) type Painter<'p> = dyn Fn(DVec3, DVec3, &PaintedPlace) -> Radiance<f64> + Sync + 'p;
 
 /// A picture's work: its rays, on the thread pool and on a device.
-pub(super) struct Work<'f> {
-    pub context: &'f FrameContext<'f>,
+pub(super) struct Work<'p, 'f> {
+    pub context: &'p FrameContext<'f>,
+    pub built: &'p Lazy<'f, BuiltScene<'f>>,
     /// Radii of the innermost and outermost layer.
     pub radius: [f64; 2],
     /// The ground, if the core has more than one colour.
-    pub ground: Option<&'f Ground>,
-    pub rays: &'f dyn Rays,
+    pub ground: Option<&'p Ground>,
     /// The test for pixels that may contain an edge.
     pub edges: Edges,
 }
 
-impl Work<'_> {
+impl Work<'_, '_> {
     /// The raster of the whole picture, in which each pixel is traced.
     pub(super) fn raster(&self) -> Raster {
         Raster { width: self.context.scene.width, height: self.context.scene.height, step: 1 }
@@ -62,7 +54,7 @@ impl Work<'_> {
         self.trace(&asked, &self.raster(), &[], on_device, &|_| ());
         if !on_device.is_there() {
             // Excludes this from the measured time of a probe.
-            self.rays.get_ready();
+            self.get_ready();
         }
         deadline.pick(asked, self.raster(), on_device.is_there(), |quality, raster| {
             let all: Vec<u32> = (0..raster.tiles()).collect();
@@ -89,7 +81,7 @@ impl Work<'_> {
         if left.is_empty() {
             return;
         }
-        let tracer = self.rays.tracer(quality);
+        let tracer = self.tracer(quality);
         let draw = |places: &[SamplePoint], counts: &mut Counts| {
             if raster.is_some() && renderer.savings.tiles && passes_by(scene, places, tracer.outer()) {
                 vec![background_blend(scene, tracer.budget().brightest, None); places.len()]

@@ -13,7 +13,7 @@ impl Renderer {
     /// values, at most 8 MiB.
     ///
     /// # Errors
-    /// Equal on all ranks: as [`suggest::scene`](super::scene), and as [`Self::render_columns`].
+    /// Equal on all ranks: as [`suggest::scene`](super::scene), and as [`Self::render_decomposed`].
     pub fn suggest_decomposed(
         &self,
         ranks: &mut Ranks,

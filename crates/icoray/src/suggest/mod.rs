@@ -21,7 +21,7 @@
 //! Colours stand out from dark ground, which is grey, so that it adds no hue to them.
 //!
 //! ```
-//! use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Scene, Shape, suggest};
+//! use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Scene, suggest};
 //!
 //! let mesh = IcosahedralMesh::new(3)?;
 //! let grid = Grid::new(mesh.tables())?;

@@ -108,7 +108,7 @@ fn ranges_that_follow_the_data_are_drawn_and_reported() {
         let like = sphere.frame(&scene(&fixed, "opacity_in = \"range\""), most);
         assert_eq!(frame.pixels, like.pixels, "step {step}");
         let stamp = Stamp { step, ..Stamp::default() };
-        let path = write_frame(folder.path(), &output, &stamp, &mut frame).unwrap();
+        let path = write_frame(folder.path(), &output, &stamp, &mut frame, Existing::Overwrite).unwrap();
         let bytes = std::fs::read(path).unwrap();
         let says = |words: &str| bytes.windows(words.len()).any(|at| at == words.as_bytes());
         for words in ["centred on 0, percentiles 0 to 100 of all frames", "m s-1", "a field"] {

@@ -1,10 +1,11 @@
 //! Scenes that name fields alone: they have the look of the first values that they show, on any number of ranks.
 
-use super::super::PartInput;
 use super::super::test_array::centers;
+use super::super::{ArrayInput, PartInput};
 use super::*;
+use crate::borrow::Versioned;
 use crate::boundary::tests::config;
-use crate::types::icoray_config;
+use crate::types::{icoray_array, icoray_config};
 use icoray_core::ranks::on_local_nodes;
 use icoray_core::{Description, Field, Grid, IcosahedralMesh, Layers, Location, Owned, PartCells, Ranks};
 use std::collections::BTreeMap;
@@ -80,7 +81,7 @@ fn pictures(
             let given = ["f", "r"].map(|field| (field, values(mesh, field, step)));
             for (field, values) in &given {
                 let array = centers(values, layers_of(field));
-                let given = context.array_input(&array);
+                let given = ArrayInput::new(&array, icoray_array::NAME, context.is_shared());
                 context.set_field(field, given).unwrap();
             }
             context.execute(Ok(Stamp { step, time_s: 60.0 * step as f64, date: None })).unwrap();

@@ -4,6 +4,8 @@ use icoray::device::Span;
 use icoray_gpu::instance;
 use icoray_gpu::layout::Params;
 use icoray_gpu::shader::expand;
+use icoray_kernel::piece::Radiance;
+use icoray_kernel::segment::Segment;
 use icoray_test_support::{Need, skip_because};
 use wgpu::BufferUsages as Usage;
 
@@ -11,6 +13,17 @@ use wgpu::BufferUsages as Usage;
 pub fn ulps(a: f32, b: f32, size: f32) -> f64 {
     let unit = f64::from(a.abs().max(b.abs()).max(size)) * f64::from(f32::EPSILON);
     if a == b { 0.0 } else { (f64::from(a) - f64::from(b)).abs() / unit.max(1e-38) }
+}
+
+/// A segment of f0, f1, kappa, eps, length.
+pub fn segment([f0, f1, kappa, eps, length]: [f32; 5]) -> Segment<f32> {
+    Segment { f0, f1, kappa, eps, length }
+}
+
+/// Red, green, blue, absorbed, error, variance.
+pub fn numbers_of(light: Radiance<f32>) -> [f32; 6] {
+    let Radiance { color: [r, g, b], alpha, error, variance } = light;
+    [r, g, b, alpha, error, variance]
 }
 
 /// WGSL that reads a segment from `inputs`: f0, f1, kappa, eps, length.

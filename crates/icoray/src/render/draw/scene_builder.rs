@@ -23,7 +23,7 @@ use icoray_scene::{Heights, Level, Method, Paint, Precision, Scene, Scenery, Tra
 
 /// The kernel's scene of a frame, with the keys of its cached parts.
 #[derive(Debug)]
-pub(super) struct BuiltScene<'f> {
+pub(in crate::render) struct BuiltScene<'f> {
     pub scene: KernelScene<'f>,
     /// The scene for packets of rays, and the vector instructions, if it is traced in packets.
     pub packets: Option<(VectorLevel, PacketScene<'f>)>,

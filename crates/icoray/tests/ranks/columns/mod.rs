@@ -3,8 +3,8 @@
 
 use crate::common::{assert_same_refusal, at_centers, bits, difference, laid_out, on_nodes, picture, refusal};
 use icoray::{
-    Decomposition, Error, ErrorKind, Field, Fields, FrameReport, Grid, IcosahedralMesh, Layers, Location, Owned,
-    OwnedReals, PartCells, Ranks, Rendered, Renderer, Scene, Shape,
+    Decomposition, DistributedGrid, Error, ErrorKind, Field, Fields, FrameReport, Grid, IcosahedralMesh, Layers,
+    Location, Owned, OwnedReals, PartCells, Ranks, Rendered, Renderer, Scene, Shape,
 };
 use icoray_test_support::Random;
 
@@ -103,8 +103,9 @@ fn render<'f>(
     decomposition: &Decomposition,
     fields: impl Into<Fields<'f>>,
 ) -> Result<Rendered, Error> {
-    let Decomposition::Columns(columns) = decomposition else { panic!("not columns: {decomposition:?}") };
-    Renderer::new(1)?.render_columns(ranks, scene, grid, columns, &layers(), fields)
+    assert!(matches!(decomposition, Decomposition::Columns(_)), "{decomposition:?}");
+    let data = DistributedGrid { grid, decomposition: Some(decomposition), layers: &layers() };
+    Renderer::new(1)?.render_decomposed(ranks, scene, data, fields)
 }
 
 /// Checks that the ranks of each node have copied so many bytes together.

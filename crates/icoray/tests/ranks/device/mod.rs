@@ -3,8 +3,8 @@
 use crate::common::{at_centers, columns_of, on_nodes, on_ranks, picture};
 use icoray::device::{Band, Device, DeviceCost, DeviceRequest, Devices, FallbackReason, Job, Rect, Traced};
 use icoray::{
-    Adapter, Decomposition, DeviceReport, Field, Frame, FrameReport, Grid, IcosahedralMesh, Layers, Lights, Owned,
-    PartCells, Renderer, Scene,
+    Adapter, Decomposition, DeviceReport, DistributedGrid, Field, Frame, FrameReport, Grid, IcosahedralMesh, Layers,
+    Lights, Owned, PartCells, Renderer, Scene,
 };
 use std::sync::{Arc, Mutex};
 
@@ -253,11 +253,10 @@ fn over_ranks(world: &World, scene: &Scene, manners: &[Option<Manner>], in_colum
         let global: Vec<i64> = own.iter().map(|cell| *cell as i64).collect();
         let values = columns_of(&world.values, &own, LAYERS);
         let cells = PartCells { global: global.as_slice().into(), owned: Owned::First(own.len()) };
-        let Decomposition::Columns(columns) = Decomposition::new(ranks, &grid, &cells).unwrap() else {
-            panic!("a part")
-        };
-        let field = at_centers(&values, LAYERS);
-        renderer.render_columns(ranks, scene, &grid, &columns, &world.layers, &field).unwrap()
+        let decomposition = Decomposition::new(ranks, &grid, &cells).unwrap();
+        assert!(matches!(decomposition, Decomposition::Columns(_)), "a part");
+        let data = DistributedGrid { grid: &grid, decomposition: Some(&decomposition), layers: &world.layers };
+        renderer.render_decomposed(ranks, scene, data, &at_centers(&values, LAYERS)).unwrap()
     }))
 }
 

@@ -23,7 +23,8 @@ fn of_nodes(
     node_of: &[usize],
 ) -> (Frame, Vec<FrameReport>) {
     picture(spread.on_nodes(node_of, |ranks, culled, grid, decomposition| {
-        let Decomposition::Columns(columns) = decomposition.unwrap() else { panic!("there are several ranks") };
+        let decomposition = decomposition.unwrap();
+        assert!(matches!(decomposition, Decomposition::Columns(_)), "there are several ranks");
         let rows = (&culled.cells[..], &culled.corners[..]);
         let own = [0, 1].map(|step| {
             let mut model = Model::new(mesh, step, rows, location);
@@ -31,7 +32,8 @@ fn of_nodes(
             model
         });
         let renderer = Renderer::new(1).unwrap();
-        second(|step| renderer.render_columns(ranks, scene, grid, &columns, &layers(), own[step].fields()))
+        let data = DistributedGrid { grid, decomposition: Some(&decomposition), layers: &layers() };
+        second(|step| renderer.render_decomposed(ranks, scene, data, own[step].fields()))
     }))
 }
 

@@ -4,7 +4,7 @@ use super::*;
 use crate::common::{assert_same_refusal, at_centers, level_fastest, on_ranks, picture, refusal};
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Spread, partitions, without_holes};
-use icoray::{Decomposition, Error, ErrorKind, Owned, Part, PartCells, Precision, Ranks, Rendered};
+use icoray::{Decomposition, DistributedGrid, Error, ErrorKind, Owned, Part, PartCells, Precision, Ranks, Rendered};
 use icoray_test_support::Random;
 
 /// The second of two frames on this rank.
@@ -48,12 +48,12 @@ fn columns_are_bitwise_those_of_one_process() {
                 let global: Vec<i64> = mine.iter().map(|cell| *cell as i64).collect();
                 let owned = vec![1; mine.len()];
                 let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };
-                let Decomposition::Columns(columns) = Decomposition::new(ranks, &grid, &cells).unwrap() else {
-                    panic!("not columns")
-                };
+                let decomposition = Decomposition::new(ranks, &grid, &cells).unwrap();
+                assert!(matches!(decomposition, Decomposition::Columns(_)));
                 let own = [0, 1].map(|step| Model::new(&mesh, step, (&mine, &[]), Location::Center));
                 let renderer = Renderer::new(1).unwrap();
-                second(|step| renderer.render_columns(ranks, &scene, &grid, &columns, &layers(), own[step].fields()))
+                let data = DistributedGrid { grid: &grid, decomposition: Some(&decomposition), layers: &layers() };
+                second(|step| renderer.render_decomposed(ranks, &scene, data, own[step].fields()))
             });
             assert!(bits(&picture(drawn).0) == bits(&expected), "{name} on {count} ranks");
         }

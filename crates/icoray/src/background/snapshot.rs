@@ -14,34 +14,22 @@ use std::mem::replace;
 ///
 /// The next copies reuse their memory, so that a series of frames of the same fields allocates once.
 #[derive(Debug, Clone, Default)]
-pub struct Snapshot {
-    /// Names of the copies, in their order; empty for one field without a name.
-    names: Vec<String>,
-    copies: Vec<Copied>,
+pub(super) struct Snapshot {
+    /// The copies by name, in the order of the fields.
+    copies: Vec<(String, Copied)>,
     heights: Option<Copied>,
 }
 
 impl Snapshot {
-    /// A snapshot without fields, which takes no memory.
-    pub fn empty() -> Self {
-        Snapshot::default()
-    }
-
-    /// Copies `fields` on the renderer's threads.
-    pub fn of<'f>(fields: impl Into<Fields<'f>>, renderer: &Renderer) -> Self {
-        let mut snapshot = Self::empty();
-        snapshot.take(fields, renderer);
-        snapshot
-    }
-
     /// Replaces the copies by those of `fields`, made on the renderer's threads. Memory is allocated only if a field is
     /// larger than any before it at its place in the list, or has another precision.
-    pub fn take<'f>(&mut self, fields: impl Into<Fields<'f>>, renderer: &Renderer) {
-        let fields = fields.into();
-        self.names = fields.iter().map(|(name, _)| name.to_owned()).collect();
-        self.copies.resize_with(fields.each().count(), Copied::default);
+    pub fn take(&mut self, fields: &Fields, renderer: &Renderer) {
+        self.copies.resize_with(fields.iter().count(), Default::default);
         renderer.run(|| {
-            self.copies.iter_mut().zip(fields.each()).for_each(|(copied, field)| copied.take(field));
+            for ((name, copied), (given, field)) in self.copies.iter_mut().zip(fields.iter()) {
+                given.clone_into(name);
+                copied.take(field);
+            }
             match fields.heights() {
                 Some(heights) => self.heights.get_or_insert_default().take(heights),
                 None => self.heights = None,
@@ -54,11 +42,8 @@ impl Snapshot {
     /// # Errors
     /// None in practice: copies keep the shapes of their fields.
     pub fn fields(&self) -> Result<Fields<'_>> {
-        let copies = self.copies.iter().map(Copied::field).collect::<Result<Vec<_>>>()?;
-        let fields = match copies.first() {
-            Some(unnamed) if self.names.is_empty() => unnamed.into(),
-            _ => Fields::new(self.names.iter().zip(copies)),
-        };
+        let copies = self.copies.iter().map(|(name, copied)| Ok((name.as_str(), copied.field()?)));
+        let fields = Fields::new(copies.collect::<Result<Vec<_>>>()?);
         Ok(match &self.heights {
             Some(heights) => fields.with_heights(heights.field()?),
             None => fields,
@@ -67,7 +52,11 @@ impl Snapshot {
 
     /// Number of copied bytes.
     pub fn bytes(&self) -> u64 {
-        self.copies.iter().chain(&self.heights).map(Copied::bytes).sum()
+        self.all().map(Copied::bytes).sum()
+    }
+
+    fn all(&self) -> impl Iterator<Item = &Copied> {
+        self.copies.iter().map(|(_, copied)| copied).chain(&self.heights)
     }
 }
 
@@ -148,6 +137,12 @@ fn copy<S: Copy + Default + Send + Sync>(from: &[S], to: &mut Vec<S>, shape: &Sh
 mod tests {
     use super::*;
 
+    fn copied(fields: &Fields, renderer: &Renderer) -> Snapshot {
+        let mut snapshot = Snapshot::default();
+        snapshot.take(fields, renderer);
+        snapshot
+    }
+
     const COLUMNS: usize = 150;
     const LAYERS: usize = 3;
     /// Elements of the array that the shapes below are of.
@@ -169,14 +164,15 @@ mod tests {
         let renderer = Renderer::new(2).unwrap();
         let wide: Vec<f64> = (0..LENGTH).map(|i| if i % 11 == 0 { f64::NAN } else { i as f64 }).collect();
         let single: Vec<f32> = wide.iter().map(|v| *v as f32).collect();
-        let mut used = Snapshot::empty();
+        let mut used = Snapshot::default();
         for shape in shapes() {
             for (samples, bytes) in [(Reals::from(wide.as_slice()), 8), (Reals::from(single.as_slice()), 4)] {
                 let field = Field::new(samples, shape, Location::Corner, Some(50.0)).unwrap();
-                used.take(&field, &renderer);
-                for snapshot in [&used, &Snapshot::of(&field, &renderer)] {
-                    let copied = snapshot.fields().unwrap();
-                    let copy = *copied.first("whatever").unwrap();
+                let fields = Fields::new([("q", field)]);
+                used.take(&fields, &renderer);
+                for snapshot in [&used, &copied(&fields, &renderer)] {
+                    let fields = snapshot.fields().unwrap();
+                    let copy = *fields.get("q").unwrap();
                     assert_eq!(*copy.shape(), Shape::level_fastest(COLUMNS, LAYERS));
                     assert_eq!((copy.location(), copy.fill()), (Location::Corner, Some(50.0)));
                     assert_eq!(snapshot.bytes(), (COLUMNS * LAYERS * bytes) as u64);
@@ -199,19 +195,18 @@ mod tests {
             OwnedReals::F32(v) => (v.as_ptr(), v.capacity()),
             OwnedReals::F64(_) => panic!("the precision changed"),
         };
-        let places =
-            |snapshot: &Snapshot| -> Vec<_> { snapshot.copies.iter().chain(&snapshot.heights).map(place).collect() };
+        let places = |snapshot: &Snapshot| snapshot.all().map(place).collect::<Vec<_>>();
         let all = |shape| Fields::new([("a", of(shape)), ("b", of(shape))]).with_heights(of(shape));
-        let mut snapshot = Snapshot::of(all(Shape::level_fastest(COLUMNS, LAYERS)), &renderer);
+        let mut snapshot = copied(&all(Shape::level_fastest(COLUMNS, LAYERS)), &renderer);
         let before = places(&snapshot);
         assert_eq!(before.len(), 3);
         for shape in shapes().into_iter().chain([Shape::level_fastest(9, 2)]) {
-            snapshot.take(all(shape), &renderer);
+            snapshot.take(&all(shape), &renderer);
             assert_eq!(places(&snapshot), before);
         }
         assert_eq!(snapshot.bytes(), 3 * 9 * 2 * 4);
         // One field's memory stays, that of what is no longer asked for goes.
-        snapshot.take(&of(Shape::level_fastest(5, 2)), &renderer);
+        snapshot.take(&Fields::new([("a", of(Shape::level_fastest(5, 2)))]), &renderer);
         assert_eq!((places(&snapshot).as_slice(), snapshot.bytes()), (&before[..1], 5 * 2 * 4));
     }
 
@@ -221,7 +216,7 @@ mod tests {
         let (wide, narrow) = ([1.0, 2.0, 3.0, f64::NAN], [5.0f32, 6.0, 7.0, 8.0, 9.0, 10.0]);
         let a = Field::new(wide[..].into(), Shape::level_fastest(2, 2), Location::Center, Some(3.0)).unwrap();
         let b = Field::new(narrow[..].into(), Shape::cell_fastest(3, 2), Location::Corner, None).unwrap();
-        let mut snapshot = Snapshot::of(Fields::new([("b", b), ("a", a)]).with_heights(a), &renderer);
+        let mut snapshot = copied(&Fields::new([("b", b), ("a", a)]).with_heights(a), &renderer);
         assert_eq!(snapshot.bytes(), 2 * 4 * 8 + 6 * 4);
         let fields = snapshot.fields().unwrap();
         assert_eq!(fields.iter().map(|(name, _)| name).collect::<Vec<_>>(), ["b", "a"]);
@@ -231,13 +226,13 @@ mod tests {
         }
         assert_eq!(fields.heights().map(|heights| heights.value(0, 1)), Some(2.0));
         assert_eq!(fields.get("c").unwrap_err().context(), "the scene shows field \"c\", and there is [\"b\", \"a\"]");
-        snapshot.take(Fields::new([("a", a)]), &renderer);
+        snapshot.take(&Fields::new([("a", a)]), &renderer);
         assert!(snapshot.fields().unwrap().heights().is_none() && snapshot.bytes() == 4 * 8);
     }
 
     #[test]
     fn nothing_copied_is_no_field() {
-        let empty = Snapshot::empty();
+        let empty = Snapshot::default();
         let error = empty.fields().unwrap().first("q").unwrap_err();
         assert_eq!((error.kind(), empty.bytes()), (icoray_grid::ErrorKind::Scene, 0));
         assert_eq!(error.context(), "the scene shows field \"q\", and there is []");
