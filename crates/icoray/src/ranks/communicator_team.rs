@@ -5,7 +5,7 @@
 use super::message_queue::{Communicator, MessageQueue};
 use super::pieces::Pieces;
 use super::pump::gone;
-use super::shared_node::{NodeGroup, SharedNode, new_name};
+use super::shared_node::{MeetingMemory, NodeGroup, new_name};
 use super::tree::{Link, Message, Tree};
 use super::wire::{decode, encode};
 use super::{NAP, NodeShare, PointToPoint, Team};
@@ -59,8 +59,9 @@ impl<C: Communicator> CommunicatorTeam<C> {
         Ok((0..groups.len()).filter(|rank| groups[*rank] == mine).collect())
     }
 
-    /// Memory that these ranks have mapped; `None` on all of them if one of them cannot. Collective.
-    fn mapped(&mut self, members: &[usize], bytes: usize) -> Result<Option<SharedMemory>> {
+    /// Memory that these ranks have mapped, `None` on all of them if one of them cannot; and whether any ranks of the
+    /// team have mapped memory. Collective.
+    fn mapped(&mut self, members: &[usize], bytes: usize) -> Result<(Option<SharedMemory>, bool)> {
         let (leader, is_alone) = (members[0], members.len() == 1);
         let name = new_name();
         let made = (leader == self.rank() && !is_alone).then(|| SharedMemory::create(&name, bytes).ok()).flatten();
@@ -74,7 +75,8 @@ impl<C: Communicator> CommunicatorTeam<C> {
         if leader == self.rank() && !of_leader.is_empty() {
             SharedMemory::remove(&of_leader);
         }
-        Ok(memory.filter(|_| members.iter().all(|member| is_mapped[*member] == [1])))
+        let memory = memory.filter(|_| members.iter().all(|member| is_mapped[*member] == [1]));
+        Ok((memory, is_mapped.iter().any(|is_mapped| *is_mapped == [1])))
     }
 
     /// Makes a collective call; returns when all messages of this rank in it are sent, so that no rank waits for the
@@ -194,17 +196,19 @@ impl<C: Communicator> Team for CommunicatorTeam<C> {
 
     fn node(&mut self, bytes: usize) -> Result<NodeShare> {
         let members = self.node_members()?;
-        let mapped = self.mapped(&members, bytes)?;
+        let (mapped, is_shared) = self.mapped(&members, bytes)?;
+        let share = match mapped {
+            Some(memory) => NodeShare { leader: members[0], is_refused: false, memory: Box::new(memory) },
+            None => NodeShare { is_refused: members.len() > 1, ..NodeShare::alone(self.rank(), bytes) },
+        };
+        if !is_shared {
+            return Ok(share);
+        }
         let meeting = match &self.meeting {
             Some(meeting) => meeting.clone(),
             None => Arc::new(Mutex::new(MessageQueue::new(self.comm().duplicate()?))),
         };
         self.meeting = Some(meeting.clone());
-        Ok(match mapped {
-            Some(memory) => {
-                NodeShare { leader: members[0], is_refused: false, memory: Box::new(SharedNode { memory, meeting }) }
-            }
-            None => NodeShare { is_refused: members.len() > 1, ..NodeShare::alone(self.rank(), bytes) },
-        })
+        Ok(NodeShare { memory: Box::new(MeetingMemory { memory: share.memory, meeting }), ..share })
     }
 }

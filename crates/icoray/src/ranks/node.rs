@@ -7,7 +7,7 @@ use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Memory of a node. Its ranks write to it together, then read: writes are allowed between [`Self::begin`] and
-/// [`Self::settle`], reads at all other times, and both calls are collective over the node.
+/// [`Self::settle`], reads at all other times, and all ranks make both calls together.
 ///
 /// # Errors
 /// All methods: [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport itself fails, as of a

@@ -39,13 +39,34 @@ pub(super) fn new_name() -> String {
     format!("icoray-{}-{}-{time:x}", std::process::id(), NUMBER.fetch_add(1, Ordering::Relaxed))
 }
 
-/// Memory that ranks have mapped, with the communicator on which all ranks of the team meet.
-pub(super) struct SharedNode<C: Communicator> {
-    pub memory: SharedMemory,
+impl NodeMemory for SharedMemory {
+    fn begin(&mut self) -> Result<()> {
+        SharedMemory::begin(self);
+        Ok(())
+    }
+
+    fn put(&mut self, at: usize, bytes: &[u8]) {
+        SharedMemory::put(self, at, bytes);
+    }
+
+    fn settle(&mut self) -> Result<()> {
+        SharedMemory::settle(self);
+        Ok(())
+    }
+
+    fn bytes(&self) -> &[u8] {
+        SharedMemory::bytes(self)
+    }
+}
+
+/// Memory of a team in which some ranks share theirs: all ranks meet before it is written and before it is read, as they
+/// do so together; also those that have their own.
+pub(super) struct MeetingMemory<C: Communicator> {
+    pub memory: Box<dyn NodeMemory>,
     pub meeting: Arc<Mutex<MessageQueue<C>>>,
 }
 
-impl<C: Communicator> SharedNode<C> {
+impl<C: Communicator> MeetingMemory<C> {
     /// Waits for all ranks.
     fn meet(&self) -> Result<()> {
         let mut meeting = self.meeting.lock().unwrap_or_else(PoisonError::into_inner);
@@ -60,12 +81,11 @@ impl<C: Communicator> SharedNode<C> {
     }
 }
 
-impl<C: Communicator> NodeMemory for SharedNode<C> {
+impl<C: Communicator> NodeMemory for MeetingMemory<C> {
     fn begin(&mut self) -> Result<()> {
         // No rank that is here holds a slice of it, as this borrows it mutably.
         self.meet()?;
-        self.memory.begin();
-        Ok(())
+        self.memory.begin()
     }
 
     fn put(&mut self, at: usize, bytes: &[u8]) {
@@ -74,7 +94,7 @@ impl<C: Communicator> NodeMemory for SharedNode<C> {
 
     fn settle(&mut self) -> Result<()> {
         let met = self.meet();
-        self.memory.settle();
+        self.memory.settle()?;
         met
     }
 
