@@ -60,7 +60,8 @@ static CC: Package = debian("gcc", "C compiler", Shell("cc --version"));
 // Separate because the compiler's package only recommends the headers, and recommended packages are not installed.
 static C_HEADERS: Package = debian("libc6-dev", "C library headers", Shell(COMPILE));
 const COMPILE: &str = "echo 'int main(void) { return 0; }' | cc -include stdio.h -x c - -o /dev/null -lm";
-static CPP: Package = debian("g++", "C++ compiler: the header is for C++ too", Shell("c++ --version"));
+static CPP: Package =
+    debian("g++", "C++ compiler: unpacks Zarr stores; the header is for C++ too", Shell("c++ --version"));
 static FORTRAN: Package = debian("gfortran", "Fortran compiler: builds Fortran models", Shell("gfortran --version"));
 static MAKE: Package = debian("make", "builds Fortran models", Shell("make --version"));
 static CMAKE: Package = debian("cmake", "builds programs with the installed library", Shell("cmake --version"));
@@ -92,7 +93,7 @@ pub static FOR_DEMO_MPI: &[&Package] = &[&FORTRAN, &MAKE, &MPI, &MPI_RUN, &CLANG
 /// For `install --mpi`.
 pub static FOR_INSTALL_MPI: &[&Package] = &[&CC, &C_HEADERS, &MPI_C, &CLANG];
 /// For reading files of models; without it the default checks leave out the packages that read files.
-pub static FOR_FILES: &[&Package] = &[&PKG_CONFIG, &NETCDF];
+pub static FOR_FILES: &[&Package] = &[&CPP, &PKG_CONFIG, &NETCDF];
 /// For `test --all`: it builds the whole workspace, and programs as users of the installed library do.
 #[rustfmt::skip]
 pub static FOR_TEST_ALL: &[&Package] = &[
