@@ -1,9 +1,9 @@
 //! The contents of a file, read from its header and its times alone.
 
 use crate::classic::{self, ClassicLayout};
+use crate::names;
 use crate::nc_file::NcFile;
 use crate::zarr::Location;
-use crate::{names, opened};
 use icoray::{Error, ErrorKind, Result};
 use icoray_dataset::{Source, Times, Variable, variable_at_edges};
 use std::path::Path;
@@ -27,13 +27,7 @@ impl Outline {
     /// # Errors
     /// [`ErrorKind::Io`]: the file is absent, not NetCDF, damaged or cut off.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
-        let path = path.as_ref();
-        if Location::of(path).is_some() {
-            let source = opened(path)?;
-            let times = Times::read(&*source)?;
-            return Ok(Outline { times, classic: None, length: 0, variables: source.variables().to_vec() });
-        }
-        let source = NcFile::open(path)?;
+        let source = NcFile::open(path.as_ref())?;
         let times = Times::read(&source)?;
         let classic = source.classic().cloned();
         let length = if classic.is_some() { source.length()? } else { 0 };

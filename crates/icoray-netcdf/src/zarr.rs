@@ -5,6 +5,7 @@
 
 mod web;
 
+use crate::nc_file::trimmed;
 use icoray::{Error, ErrorKind, OwnedReals, Result};
 use icoray_dataset::{Attribute, Dimension, Kind, Source, Variable};
 use serde_json::{Map, Value, json};
@@ -21,6 +22,9 @@ use zarrs::storage::{ReadableStorage, ReadableStorageTraits, StoreKey};
 
 /// Entries of a folder of which one is in each store: of version 2, consolidated, and of version 3.
 const MARKS: [&str; 3] = [".zgroup", ".zmetadata", "zarr.json"];
+
+/// Largest number of bytes of a text.
+const LONGEST_TEXT: usize = 1 << 16;
 
 /// Where a store is.
 pub(crate) enum Location {
@@ -109,17 +113,22 @@ impl ZarrStore {
     }
 
     fn block<T: ElementOwned>(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<Vec<T>> {
-        let array = self.array(variable)?;
-        let entries = count.iter().try_fold(1usize, |n, &c| n.checked_mul(c));
+        let block = self.subset(variable, start, count, size_of::<T>())?;
+        self.array(variable)?.retrieve_array_subset_elements(&block).map_err(|e| self.error(variable, e))
+    }
+
+    /// A block of entries of this many bytes each.
+    fn subset(&self, variable: &Variable, start: &[usize], count: &[usize], bytes: usize) -> Result<ArraySubset> {
+        let total = count.iter().try_fold(bytes, |n, &c| n.checked_mul(c));
         // Damaged metadata may promise more than there can be; running out of memory must not end the process.
-        let has_room = entries.is_some_and(|n| Vec::<T>::new().try_reserve_exact(n).is_ok());
+        let has_room = total.is_some_and(|n| Vec::<u8>::new().try_reserve_exact(n).is_ok());
         if !has_room {
             return Err(self.error(variable, "too large for the memory"));
         }
         // The dimension of a text's bytes is none of the array's.
-        let wide = |numbers: &[usize]| numbers[..array.dimensionality()].iter().map(|&n| n as u64).collect();
-        let block = ArraySubset::new_with_start_shape(wide(start), wide(count)).map_err(|e| self.error(variable, e))?;
-        array.retrieve_array_subset_elements(&block).map_err(|e| self.error(variable, e))
+        let dimensions = self.array(variable)?.dimensionality();
+        let wide = |numbers: &[usize]| numbers[..dimensions].iter().map(|&n| n as u64).collect();
+        ArraySubset::new_with_start_shape(wide(start), wide(count)).map_err(|e| self.error(variable, e))
     }
 }
 
@@ -187,20 +196,18 @@ impl Source for ZarrStore {
 
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
         let count = rows.min(variable.dimensions[0].len);
-        let mut block = variable.whole();
-        block.1[0] = count;
+        let (start, mut shape) = variable.whole();
+        shape[0] = count;
         let read = || -> Option<Vec<String>> {
             let array = self.array(variable).ok()?;
             if *array.data_type() == DataType::String {
-                return self.block(variable, &block.0, &block.1).ok();
+                return self.block(variable, &start, &shape).ok();
             }
-            let shape = array.shape().iter().enumerate().map(|(k, &len)| if k == 0 { count as u64 } else { len });
-            let bytes = array.retrieve_array_subset(&ArraySubset::new_with_shape(shape.collect())).ok()?;
-            let bytes = bytes.into_fixed().ok()?;
+            let block = self.subset(variable, &start, &shape, 1).ok()?;
+            let bytes = array.retrieve_array_subset(&block).ok()?.into_fixed().ok()?;
             let row = |row: &[u8]| String::from_utf8_lossy(row).into_owned();
-            Some(bytes.chunks(bytes.len().max(1).div_ceil(count.max(1))).map(row).collect())
+            Some(bytes.chunks(shape[1].max(1)).map(row).collect())
         };
-        let trimmed = |text: &String| text.trim_matches(|c: char| c == '\0' || c.is_whitespace()).to_owned();
         let mut texts: Vec<_> = read().iter().flatten().map(|text| Some(trimmed(text))).collect();
         texts.resize(rows, None);
         texts
@@ -253,7 +260,10 @@ impl Documents {
         let all = all.ok_or(
             "no consolidated metadata, which stores on web servers need: `zarr.consolidate_metadata` of Python",
         )?;
-        let of_group = |(key, document): (String, Value)| Some((key.strip_prefix(&group)?.to_owned(), document));
+        let of_group = |(key, document): (String, Value)| {
+            let is_group = key.len() + 1 == group.len() && group.starts_with(&key);
+            Some((if is_group { String::new() } else { key.strip_prefix(&group)?.to_owned() }, document))
+        };
         let all: Map<String, Value> = all.into_iter().filter_map(of_group).collect();
         let array_of = |(key, document): (&String, &Value)| match document["node_type"] == "array" {
             true => Some(key.clone()),
@@ -280,11 +290,16 @@ impl Documents {
 
     fn document(&self, key: &str) -> Found<Option<Value>> {
         if let Some(all) = &self.consolidated {
-            return Ok(all.get(key).cloned());
+            return Ok(all.get(key).filter(|document| document.is_object()).cloned());
         }
         let words = |e: &dyn fmt::Display| format!("{key}: {e}");
         let stored = self.store.get(&StoreKey::new(key).map_err(|e| words(&e))?).map_err(|e| words(&e))?;
-        stored.map(|bytes| serde_json::from_slice(&bytes).map_err(|e| words(&e))).transpose()
+        let document: Option<Value> =
+            stored.map(|bytes| serde_json::from_slice(&bytes).map_err(|e| words(&e))).transpose()?;
+        match document {
+            Some(other) if !other.is_object() => Err(words(&format_args!("{other}, expected an object"))),
+            document => Ok(document),
+        }
     }
 
     /// The metadata of an array or, without a name, of the root, with its attributes.
@@ -315,8 +330,11 @@ fn expect_one_group(path: &Path, arrays: &[String]) -> Found<()> {
     }
     let mut groups: Vec<&str> = parts.iter().map(|(group, _)| *group).collect();
     groups.dedup();
-    let one = path.join(groups[groups.len() - 1]);
-    Err(format!("groups {} have variables of the same names, expected one: {}", groups.join(", "), one.display()))
+    let text = path.to_string_lossy();
+    let (store, mode) = text.split_at(text.find('#').unwrap_or(text.len()));
+    let one = groups[groups.len() - 1];
+    let groups = groups.join(", ");
+    Err(format!("groups {groups} have variables of the same names, expected one: {store}/{one}{mode}"))
 }
 
 /// Adds the names of the arrays in a folder and in its groups.
@@ -394,11 +412,12 @@ fn kind(name: &str) -> Kind {
 
 /// Bytes of each text of an array of texts; 1 for texts of any length.
 fn text_len(metadata: &Value) -> Option<usize> {
-    match type_name(metadata) {
+    let len = match type_name(metadata) {
         "|O" | "string" => Some(1),
         "null_terminated_bytes" => metadata["data_type"]["configuration"]["length_bytes"].as_u64()?.try_into().ok(),
         name => name.strip_prefix("|S")?.parse().ok(),
-    }
+    };
+    len.filter(|len| (1..=LONGEST_TEXT).contains(len))
 }
 
 /// The array with these metadata. Texts of fixed length, which `zarrs` has not, become raw bytes.
@@ -430,9 +449,9 @@ fn attribute(value: &Value) -> Option<Attribute> {
         Some(Attribute::Numbers { values, is_real })
     };
     match value {
-        Value::String(text) => Some(Attribute::Text(text.trim().to_owned())),
+        Value::String(text) => Some(Attribute::Text(trimmed(text))),
         Value::Array(values) => match values.first()? {
-            Value::String(text) => Some(Attribute::Text(text.trim().to_owned())),
+            Value::String(text) => Some(Attribute::Text(trimmed(text))),
             _ => numbers(values),
         },
         one => numbers(std::slice::from_ref(one)),
