@@ -184,9 +184,7 @@ fn without_shared_memory(mpi: &Mpi, program: &'static str, alone: &str) {
     let mut inner = run.on(3, "", "small");
     let Some(mut outer) = with_small_disk(inner.arg("small"), "64m", "/dev/shm") else { return };
     run.alone(15);
-    let (name, value) =
-        if mpi.is_open_mpi() { ("OMPI_MCA_btl", "self,tcp") } else { ("OMPI_MCA_osc_sm_backing_directory", "/") };
-    checked(outer.env(name, value), run.name, 20);
+    checked(outer.env("OMPI_MCA_btl", "self,tcp"), run.name, 20);
     let [small, mut one] = ["small/contiguous", alone].map(|to| files(&run.at(to)));
     // Fragments differ in last digits.
     one.retain(|name, _| program != "mpi_parts" || name != "f32_inside.exr");

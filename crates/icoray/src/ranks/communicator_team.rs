@@ -62,19 +62,31 @@ impl<C: Communicator> CommunicatorTeam<C> {
     /// Memory that these ranks have mapped, `None` on all of them if one of them cannot; and whether any ranks of the
     /// team have mapped memory. Collective.
     fn mapped(&mut self, members: &[usize], bytes: usize) -> Result<(Option<SharedMemory>, bool)> {
-        let (leader, is_alone) = (members[0], members.len() == 1);
         let name = new_name();
-        let made = (leader == self.rank() && !is_alone).then(|| SharedMemory::create(&name, bytes).ok()).flatten();
+        let makes = members[0] == self.rank() && members.len() > 1;
+        let made = if makes { SharedMemory::create(&name, bytes).ok() } else { None };
+        let mapped = self.mapped_with(made, &name, members, bytes);
+        if makes {
+            SharedMemory::remove(&name);
+        }
+        mapped
+    }
+
+    /// As [`Self::mapped`], where the first of these ranks has made memory of this name, if it can.
+    fn mapped_with(
+        &mut self,
+        made: Option<SharedMemory>,
+        name: &str,
+        members: &[usize],
+        bytes: usize,
+    ) -> Result<(Option<SharedMemory>, bool)> {
         let names = self.share(if made.is_some() { name.as_bytes() } else { &[] })?;
-        let of_leader = String::from_utf8_lossy(&names[leader]);
+        let of_leader = String::from_utf8_lossy(&names[members[0]]);
         let opened = || (!of_leader.is_empty()).then(|| SharedMemory::open(&of_leader, bytes).ok()).flatten();
         let memory = made.or_else(opened);
         let place = members.iter().take_while(|member| **member < self.rank()).count();
         let memory = memory.filter(|memory| memory.populate(place, members.len()).is_ok());
         let is_mapped = self.share(&[u8::from(memory.is_some())])?;
-        if leader == self.rank() && !of_leader.is_empty() {
-            SharedMemory::remove(&of_leader);
-        }
         let memory = memory.filter(|_| members.iter().all(|member| is_mapped[*member] == [1]));
         Ok((memory, is_mapped.iter().any(|is_mapped| *is_mapped == [1])))
     }
