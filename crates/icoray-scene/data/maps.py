@@ -1,7 +1,7 @@
 """Writes maps.txt: pip install matplotlib cmocean cmcrameri; python maps.py > maps.txt
 
-For each map the fewest of its 256 entries between which straight lines in linear light stay within 2/255 of all of them,
-in linear light and in sRGB.
+For each map the fewest of its 256 entries, in 8 bits, between which straight lines in linear light stay within 2/255 of
+all of them, in linear light and in sRGB.
 """
 
 from importlib.metadata import version
@@ -39,14 +39,14 @@ def encoded(light):
     return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
 
 
-def stops(entries):
-    light = linear(entries / 255)
+def stops(colors, entries):
+    light, rounded = linear(colors), linear(entries / 255)
 
     def off(first, last):
         along = np.linspace(0, 1, last - first + 1)[:, None]
-        line = light[first] + along * (light[last] - light[first])
+        line = rounded[first] + along * (rounded[last] - rounded[first])
         true = slice(first, last + 1)
-        return 255 * max(np.abs(line - light[true]).max(), np.abs(encoded(line) - entries[true] / 255).max())
+        return 255 * max(np.abs(line - light[true]).max(), np.abs(encoded(line) - colors[true]).max())
 
     found = [0]
     while found[-1] < 255:
@@ -61,15 +61,22 @@ def stops(entries):
 BRIGHT = {"viridis": (0.47, 1.0), "plasma": (0.45, 1.0), "coolwarm": (0.08, 0.92)}
 
 
+def part(name, ends):
+    """256 colours between two places of a map, on lines between its entries."""
+    entries = matplotlib.colormaps[name](np.arange(256))[:, :3]
+    places = 255 * np.linspace(*ends, 256)
+    return np.transpose([np.interp(places, np.arange(256), channel) for channel in entries.T])
+
+
 def line(name, colors):
-    entries = np.rint(colors[:, :3] * 255).astype(int)
-    print(name, *("%d:%02x%02x%02x" % (i, *entries[i]) for i in stops(entries)))
+    entries = np.rint(colors * 255).astype(int)
+    print(name, *("%d:%02x%02x%02x" % (i, *entries[i]) for i in stops(colors, entries)))
 
 
 for package, (get, names) in SOURCES.items():
     print(f"# {package} {version(package)}")
     for name in names.split():
-        line(name.lower(), get(name)(np.arange(256)))
+        line(name.lower(), get(name)(np.arange(256))[:, :3])
 print("# parts of matplotlib's")
 for name, ends in BRIGHT.items():
-    line(f"{name}_bright", matplotlib.colormaps[name](np.linspace(*ends, 256)))
+    line(f"{name}_bright", part(name, ends))

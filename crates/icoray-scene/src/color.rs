@@ -3,10 +3,12 @@
 use colorgrad::{Gradient, preset};
 use std::sync::LazyLock;
 
-/// Steps that a map which is a formula is cut into. Linear light between them is within 1/255 of the map.
-const STEPS: usize = 32;
+/// Steps of a map that is a formula, some of which are its stops.
+const STEPS: usize = 256;
+/// Largest difference, in linear light and in sRGB, between a map and the lines between its stops.
+const NEAR: f64 = 2.0 / 255.0;
 
-/// Maps that others made, as stops: `data/maps.py` writes them, and says how near they are.
+/// Maps that others made, as stops, which `data/maps.py` writes by the rule of [`stops`].
 const TABLE: &str = include_str!("../data/maps.txt");
 
 /// Linear RGB of a CSS colour, `None` when it is none or not opaque.
@@ -61,11 +63,7 @@ impl ColorMap {
         }
         let formula = FORMULAS.iter().find(|(known, _)| *known == name);
         let stops = match formula {
-            Some((_, gradient)) => {
-                let (gradient, steps) = (gradient(), STEPS as f64);
-                let color = |i: usize| linear(&gradient.at(i as f32 / STEPS as f32));
-                (0..=STEPS).map(|i| (i as f64 / steps, color(i))).collect()
-            }
+            Some((_, gradient)) => stops(&*gradient()),
             None => table().find(|(known, _)| *known == name)?.1.split(' ').map_while(stop).collect(),
         };
         Some(ColorMap { stops })
@@ -92,6 +90,31 @@ impl ColorMap {
         let w = (place - from) / (to - from);
         std::array::from_fn(|k| low[k] + w * (high[k] - low[k]))
     }
+}
+
+/// The fewest of a gradient's [`STEPS`] between which lines in linear light are [`NEAR`] all others.
+fn stops(gradient: &dyn Gradient) -> Vec<(f64, [f64; 3])> {
+    let colors: Vec<_> = (0..=STEPS).map(|i| gradient.at(i as f32 / STEPS as f32)).collect();
+    let light: Vec<[f64; 3]> = colors.iter().map(linear).collect();
+    let is_near = |first: usize, last: usize| {
+        (first + 1..last).all(|i| {
+            let w = (i - first) as f64 / (last - first) as f64;
+            let line: [f64; 3] = std::array::from_fn(|k| light[first][k] + w * (light[last][k] - light[first][k]));
+            let [r, g, b] = line.map(|c| c as f32);
+            let [r, g, b, _] = colorgrad::Color::from_linear_rgba(r, g, b, 1.0).to_array();
+            let srgb = [r - colors[i].r, g - colors[i].g, b - colors[i].b];
+            line.iter().zip(light[i]).all(|(a, b)| (a - b).abs() <= NEAR)
+                && srgb.iter().all(|off| off.abs() <= NEAR as f32)
+        })
+    };
+    let stop = |i: usize| (i as f64 / STEPS as f64, light[i]);
+    let (mut stops, mut last) = (vec![stop(0)], 0);
+    while last < STEPS {
+        let first = last;
+        last = (first + 2..=STEPS).take_while(|last| is_near(first, *last)).last().unwrap_or(first + 1);
+        stops.push(stop(last));
+    }
+    stops
 }
 
 /// Names and stops of the table's maps.
@@ -164,6 +187,20 @@ mod tests {
         ] {
             let (found, expected) = (ColorMap::named(name).unwrap().at(place), css(color).unwrap());
             assert!((0..3).all(|k| (found[k] - expected[k]).abs() < 0.01), "{name}: {found:?}, {expected:?}");
+        }
+    }
+
+    #[test]
+    fn formulas_have_few_stops_near_their_gradients() {
+        for (name, gradient) in FORMULAS {
+            let (map, gradient) = (ColorMap::named(name).unwrap(), gradient());
+            assert!(map.stops.len() <= 31, "{name}: {} stops", map.stops.len());
+            for place in (0..=1000).map(|i| f64::from(i) / 1000.0) {
+                let (found, [r, g, b, _]) = (map.at(place), gradient.at(place as f32).to_linear_rgba());
+                let off = found.iter().zip([r, g, b]).map(|(a, b)| (a - f64::from(b.clamp(0.0, 1.0))).abs());
+                // Turbo is rounded to 8 bits.
+                assert!(off.fold(0.0, f64::max) < 1.5 * NEAR, "{name} at {place}");
+            }
         }
     }
 

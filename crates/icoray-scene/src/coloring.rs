@@ -9,7 +9,7 @@ use std::fmt;
 /// Maximum deviation of colour (linear, 0 to 1) and extinction (relative to the largest) between two knots. The
 /// transfer function is linear in the value between knots, a logarithmic scale is not: knots are inserted where it
 /// deviates by more.
-const BEND: f64 = 1.0 / 510.0;
+const BEND: f64 = 1.0 / 255.0;
 
 /// The range of values of a colour map.
 #[derive(Debug, Clone, Copy, PartialEq)]
