@@ -303,6 +303,8 @@ pub(crate) struct SpanRows<T> {
     pub numbers: [Vec<T>; 11],
     /// The first knot.
     pub origin: T,
+    /// The numbers of steps and narrow spans below a span, and up to it.
+    pub steps: [Vec<T>; 2],
     /// For buckets of equal width from the first to the last knot, and one behind them: the number of knots up to the
     /// start of each.
     pub first: Vec<u32>,
@@ -322,8 +324,18 @@ impl<T: Real> SpanRows<T> {
         };
         let origin = knots[0];
         let start = |bucket: usize| origin + T::of(bucket as f64 / BUCKETS as f64);
+        let mut below = vec![T::zero()];
+        for span in spans {
+            below.push(below[below.len() - 1] + if span.is_narrow() { T::one() } else { T::zero() });
+        }
+        let steps = [&below[..spans.len()], &below[1..]].map_inline(|counts: &[T]| {
+            let mut row = counts.to_vec();
+            row.resize(spans.len().max(MIN_IN_TABLE), T::zero());
+            row
+        });
         SpanRows {
             origin,
+            steps,
             low: row(&|s| s.low),
             high: row(&|s| s.high),
             numbers: [

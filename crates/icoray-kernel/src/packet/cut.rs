@@ -64,29 +64,25 @@ pub(super) struct Cutter<'c, 't, V: Machine> {
 
 impl<V: Machine> Cutter<'_, '_, V> {
     /// The piece of each `active` lane's part: the whole part if its values stay in one span, else up to the extremum
-    /// or the next knot. Adds lanes of frusta that only scalar code can cut to `scalar`; these are `new`, as a frustum
-    /// that is not cut at its start stays in its span. Spans are searched from `near`.
+    /// or the next knot. Adds lanes of frusta that only scalar code can cut, at steps, to `scalar`; these are `new`, as
+    /// the pieces of a frustum that is cut here may come near no step. Spans are searched from `near`.
     #[inline(always)]
     pub fn pieces(&self, part: Part<V>, near: Numbers<V>, [active, new]: [u32; 2], scalar: &mut u32) -> Pieces<V> {
         let Cutter { simd, spans, .. } = *self;
-        let [least, most] = part.within();
-        let active = if spans.has_steps { active & new } else { active };
+        let [mut least, mut most] = part.within();
         let Found { span, low, high } = spans.find(simd, least, near, mask::<V>(simd, active));
-        let is_whole = if spans.has_steps {
-            let margin = part.reach(self.size) * 8.0;
-            low.simd_le(least - margin) & (most + margin).simd_le(high)
-        } else {
-            most.simd_le(high)
-        };
-        let cut = (!is_whole).to_bitmask() as u32 & active & !*scalar;
-        if cut == 0 {
-            return self.whole(part, span);
-        }
         if spans.has_steps {
-            *scalar |= cut;
-            return self.whole(part, span);
+            let margin = mask::<V>(simd, new).select(part.reach(self.size) * 8.0, all(simd, 0.0));
+            (least, most) = (least - margin, most + margin);
         }
-        self.cut(part, span, cut)
+        let is_whole = low.simd_le(least) & most.simd_le(high);
+        let mut cut = (!is_whole).to_bitmask() as u32 & active & !*scalar;
+        if spans.has_steps && cut & new != 0 {
+            let steps = spans.have_steps(simd, [least, most], span, mask::<V>(simd, cut & new));
+            *scalar |= steps.to_bitmask() as u32;
+            cut &= !*scalar;
+        }
+        if cut == 0 { self.whole(part, span) } else { self.cut(part, span, cut) }
     }
 
     /// Parts that stay in their spans.
@@ -139,36 +135,42 @@ mod tests {
     use crate::transfer::{KernelKnot, Spans};
     use fearless_simd::Level;
 
-    /// The lanes that only scalar code can cut, if the first is active. Its part is in a span below a step, although the
-    /// part's bounds do not show that.
-    fn scalar<V: Machine>(simd: V, is_new: bool) -> u32 {
+    /// The transfer function has a step at 0 and bends at -0.8 and 0.2. Each part is in the first lane, of a frustum that
+    /// is new or not: the lanes that only scalar code can cut, and those with a remaining part.
+    fn cut<V: Machine>(simd: V) {
         let knot = |value: f64, extinction: f64| KernelKnot { value, color: [0.5; 3], extinction };
         let spans = Spans::new(&[knot(-0.8, 1.0), knot(0.0, 2.0), knot(0.0, 9.0), knot(0.2, 0.0)]);
         let spans = SpanTables::new(&spans).expect("a short table");
-        let [f0, f1, kappa, eps] = [-0.2, -0.3, 0.5, -0.2].map(|x| all(simd, x));
-        let part = Part { f0, f1, kappa, eps, length: all(simd, 1.0) };
         let no = <Mask<V> as SimdMask<V>>::splat(simd, false);
         let cutter = Cutter { simd, spans: &spans, is_monotone: no, size: all(simd, 1.0) };
-        let mut scalar = 0;
-        let pieces = cutter.pieces(part, number(simd, 1), [1, u32::from(is_new)], &mut scalar);
-        assert!(pieces.span.simd_eq(1).all_true() && pieces.upto.simd_eq(1.0).all_true() && pieces.more == 0);
-        scalar
+        let outcome = |[f0, f1, kappa]: [f32; 3], new: u32| {
+            let [f0, f1, kappa, eps] = [f0, f1, kappa, -0.2].map(|x| all(simd, x));
+            let part = Part { f0, f1, kappa, eps, length: all(simd, 1.0) };
+            let mut scalar = 0;
+            let pieces = cutter.pieces(part, number(simd, 1), [1, new], &mut scalar);
+            (scalar, pieces.more)
+        };
+        assert_eq!(outcome([-0.2, 0.1, 0.0], 1), (1, 0), "across the step");
+        assert_eq!(outcome([-0.9, -0.1, 0.0], 1), (0, 1), "across a bend below the step");
+        assert_eq!(outcome([0.1, 0.3, 0.0], 1), (0, 1), "across a bend above the step");
+        assert_eq!(outcome([-0.7, -0.1, 0.0], 1), (0, 0), "in one span");
+        // In a span below the step, which its bounds do not show. The rest of a frustum has looser bounds than the
+        // frustum: if scalar code took it, its first pieces would count twice.
+        assert_eq!(outcome([-0.2, -0.3, 0.5], 1), (1, 0), "the bounds cross the step");
+        assert_eq!(outcome([-0.2, -0.3, 0.5], 0).0, 0, "the bounds of a rest cross the step");
     }
 
-    /// The rest of a frustum has looser bounds than the frustum. If scalar code took it, its first pieces would count
-    /// twice.
     #[test]
-    fn a_frustum_that_is_not_cut_at_its_start_stays_in_its_span() {
-        let is_scalar = match Level::new() {
+    fn only_frusta_near_steps_are_left_to_scalar_code() {
+        match Level::new() {
             #[cfg(target_arch = "x86_64")]
-            Level::Avx512(simd) => [true, false].map(|is_new| scalar(simd, is_new)),
+            Level::Avx512(simd) => cut(simd),
             #[cfg(target_arch = "x86_64")]
-            Level::Avx2(simd) => [true, false].map(|is_new| scalar(simd, is_new)),
+            Level::Avx2(simd) => cut(simd),
             #[cfg(target_arch = "aarch64")]
-            Level::Neon(simd) => [true, false].map(|is_new| scalar(simd, is_new)),
+            Level::Neon(simd) => cut(simd),
             // There are no packets.
-            _ => return,
-        };
-        assert_eq!(is_scalar, [1, 0]);
+            _ => {}
+        }
     }
 }

@@ -11,12 +11,14 @@ pub(super) struct SpanTables<'t> {
     /// The lower and the upper ends of spans.
     ends: Rows<'t, 2>,
     numbers: Rows<'t, NUMBERS>,
+    /// The numbers of narrow spans below spans, and up to them.
+    steps: Rows<'t, 2>,
     first: Table<'t, u32>,
     /// The first knot.
     pub origin: f32,
     /// The largest extinction.
     pub densest: f32,
-    /// Whether there are steps or narrow spans, whose edges only scalar code crosses.
+    /// Whether there are steps or narrow spans, which only scalar code crosses.
     pub has_steps: bool,
 }
 
@@ -38,9 +40,11 @@ impl<'t> SpanTables<'t> {
         let rows = spans.rows();
         let ends = Rows::new([&rows.low, &rows.high])?;
         let numbers = Rows::new(std::array::from_fn(|k| rows.numbers[k].as_slice()))?;
+        let steps = Rows::new([&rows.steps[0], &rows.steps[1]])?;
         let first = Table::new(&rows.first)?;
         let densest = spans.all().iter().fold(0.0f32, |most, span| most.max(span.extinction));
-        Some(SpanTables { ends, numbers, first, origin: rows.origin, densest, has_steps: spans.has_steps() })
+        let has_steps = spans.has_steps();
+        Some(SpanTables { ends, numbers, steps, first, origin: rows.origin, densest, has_steps })
     }
 
     /// The span of the value of each lane of `lanes`, the upper one if it lies on a knot, searched from `near`.
@@ -63,6 +67,21 @@ impl<'t> SpanTables<'t> {
             }
             span = span + is_above.select(one, none) - is_below.select(one, none);
         }
+    }
+
+    /// Lanes of `lanes` with a step or a narrow span between two values, the lower of which is searched from `near`.
+    #[inline(always)]
+    pub fn have_steps<V: Machine>(
+        &self,
+        simd: V,
+        [least, most]: [Floats<V>; 2],
+        near: Numbers<V>,
+        lanes: Mask<V>,
+    ) -> Mask<V> {
+        let least = self.find(simd, least, near, lanes).span;
+        let [below, _] = simd.look_up(&self.steps, least);
+        let [_, up_to] = simd.look_up(&self.steps, self.find(simd, most, least, lanes).span);
+        below.simd_lt(up_to) & lanes
     }
 
     /// These spans with their ends.
