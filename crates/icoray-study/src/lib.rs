@@ -2,6 +2,7 @@
 //! [`icoray_reference`].
 
 mod closeup;
+mod corners;
 mod error;
 mod fig6;
 mod fig8;
@@ -39,6 +40,8 @@ pub struct CommandLine {
 pub enum Study {
     /// The paper's Figure 6: a radial field, lit, against a ground truth; writes both pictures and the difference.
     Fig6(fig6::Options),
+    /// Seconds of scenes in which ray casting is easily slow, beside scenes that should cost about as much.
+    Corners(corners::Options),
     /// Error against run time of all methods on all scenes: table, plots and a verdict.
     Error(error::Options),
     /// The paper's Figure 8: close-ups by several interpolations with their amplified errors, at equal step and time.
@@ -74,6 +77,7 @@ impl Study {
     pub fn run(&self, out: &mut dyn Write) -> icoray::Result<()> {
         match self {
             Study::Fig6(options) => fig6::run(options, out),
+            Study::Corners(options) => corners::run(options, out),
             Study::Error(options) => error::run(options, out),
             Study::Fig8(options) => fig8::run(options, out),
             Study::Fig9(options) => fig9::run(options, out),
