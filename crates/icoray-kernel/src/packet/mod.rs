@@ -309,7 +309,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     /// Offsets of the values and heights of a side's two cells.
     #[inline]
     fn bases_of(&self, side: &Side) -> [[u32; 2]; 2] {
-        let (source, [left, right]) = (&self.tables.source, [side.left.cell, side.right.cell]);
+        let (source, [left, right]) = (self.frame.source, [side.left.cell, side.right.cell]);
         [[source.base(left), source.base(right)], [self.layers.base(left), self.layers.base(right)]]
     }
 
@@ -321,7 +321,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
             self.leap_core();
             let step = mask::<V>(simd, self.fresh);
             let apexes = self.lanes.step::<L>(simd, &self.tables.mesh, step);
-            let bases = self.tables.source.bases(simd, apexes, self.fresh);
+            let bases = self.frame.source.bases(simd, apexes, self.fresh);
             self.lanes.put_bases::<L>(step, bases, self.layers.bases(simd, apexes, self.fresh));
             self.counts.columns += u64::from(self.fresh.count_ones());
             let entered = std::mem::take(&mut self.fresh);

@@ -130,7 +130,7 @@ fn values(source: &FieldSource, (cells, layers): (usize, usize), normal: &Normal
 fn gradients(source: &FieldSource, count: usize) -> Vec<[f32; 3]> {
     /// Bound of components: squares of larger ones overflow single precision.
     const MOST: f32 = 1e30;
-    let gradients = source.gradients().values();
+    let gradients = source.gradients.values();
     let bounded = |x: f32| if x.is_nan() { 0.0 } else { x.clamp(-MOST, MOST) };
     (0..count).into_par_iter().map(|at| gradients.at(at).map_inline(bounded)).collect()
 }

@@ -56,7 +56,7 @@ impl<'p, 'f> Work<'p, 'f> {
     fn settings(&self, quality: &Quality) -> RaySettings<'p, 'f> {
         let FrameContext { renderer, scene, plan, .. } = *self.context;
         let built = &self.built.get().scene;
-        let is_packed = built.sources.iter().any(|source| source.gradients().values().words().is_some());
+        let is_packed = built.sources.iter().any(|source| source.gradients.values().words().is_some());
         let shading = plan.shading.filter(|_| quality.lights != Lights::Off);
         RaySettings {
             scene: built,

@@ -33,13 +33,10 @@ impl PreparedField<'_> {
         self.average.is_some()
     }
 
-    fn center(&self) -> Field<'_> {
-        self.average.as_ref().map_or(self.given, CenterField::field)
-    }
-
     /// The field at the centres, on the layers of the first.
     pub fn field(&self) -> Field<'_> {
-        self.moved.as_ref().map_or_else(|| self.center(), |(_, moved)| moved.field())
+        let moved = self.moved.as_ref().map(|(_, moved)| moved);
+        moved.or(self.average.as_ref()).map_or(self.given, CenterField::field)
     }
 
     /// Identifies the values of [`Self::field`] between frames.
@@ -103,8 +100,9 @@ impl Renderer {
                 let moved = ranks.attempt(|| {
                     let [own, wanted] = [layers.for_field(count)?, layers.for_field(wanted)?];
                     let [own, wanted] = [&own, &wanted].map(|layers| layers.radius_m().to_vec());
-                    let key = MovedKey { source: SourceKey::new(grid, &field.center()), own, wanted };
-                    let make = |memory| CenterField::moved_in(&field.center(), &key.own, &key.wanted, memory);
+                    let center = field.field();
+                    let key = MovedKey { source: SourceKey::new(grid, &center), own, wanted };
+                    let make = |memory| CenterField::moved_in(&center, &key.own, &key.wanted, memory);
                     let moved = self.run(|| self.frame_cache.moved.take(&key).unwrap_or_else(make));
                     Ok((key, moved))
                 });

@@ -84,7 +84,13 @@ impl<'g> Model<'g> {
         KernelScene {
             grid: self.grid,
             levels: Levels::concentric(&RADII),
-            sources: vec![FieldSource::new(&self.field(), false, light.into(), cuts, self.field().range().0)],
+            sources: vec![FieldSource {
+                field: self.field(),
+                gradients: light.into(),
+                cuts,
+                value_range: self.field().range().0,
+                largest: f64::MAX,
+            }],
             media: vec![Medium::new(map(), map())],
             isosurfaces: Vec::new(),
             surface_layers: Vec::new(),
