@@ -143,11 +143,14 @@ impl Renderer {
             let Some((mut probe, shown)) = (ProbedRay { context, eye, dir, parts: &parts }).probe() else {
                 return Ok(None);
             };
-            let field = context.number_of(&probe.field).unwrap_or(0);
-            let own = shown.cells.filter(|_| shown.rank == ranks.rank());
-            let place = eye + middle(shown) * dir;
-            let mine = own.map_or_else(Vec::new, |cells| probed.column(nearest(context.grid, cells, place), field));
-            let column = ranks.share_values(&mine)?.swap_remove(shown.rank);
+            let rank = ranks.rank();
+            let mut columns = ranks.share_work(|| {
+                let field = context.number_of(&probe.field).unwrap_or(0);
+                let own = shown.cells.filter(|_| shown.rank == rank);
+                let column = |cells| probed.column(nearest(context.grid, cells, eye + middle(shown) * dir), field);
+                Ok(own.map_or_else(Vec::new, column))
+            })?;
+            let column = columns.swap_remove(shown.rank);
             probe.column = column.into_iter().map(|[radius, value]| [context.height_m(radius), value]).collect();
             Ok(ranks.is_root().then_some(probe))
         })
