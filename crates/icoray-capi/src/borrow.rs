@@ -6,7 +6,8 @@ use crate::types::{
     icoray_config, icoray_frame_report, icoray_grid, icoray_layers, icoray_ndarray, icoray_part, icoray_status,
 };
 use icoray_core::{
-    ColumnCount, Dimension, Field, GridTables, Indices, Layers, Location, LonLat, Owned, PartCells, PartCorners, Reals, Shape,
+    ColumnCount, Dimension, Field, GridTables, Indices, Layers, Location, LonLat, Owned, PartCells, PartCorners, Reals,
+    Shape,
 };
 use std::ffi::{CStr, c_char, c_void};
 use std::ptr;
@@ -399,12 +400,15 @@ impl ArrayInput {
         }
         // The slice begins at the lowest element, which lies before `data` for negative strides.
         let Some((low, high)) = shape.extent() else {
-            let message = format!("{} columns of {} layers, expected at least one of each", shape.columns, shape.layers);
+            let message =
+                format!("{} columns of {} layers, expected at least one of each", shape.columns, shape.layers);
             return Err(Failure::new(icoray_status::ICORAY_ERR_FIELD, message));
         };
         let reach = |element: i128| isize::try_from(element).ok().filter(|e| e.checked_mul(8).is_some());
         let (Some(low), Some(high)) = (reach(low), reach(high)) else {
-            return Err(argument(format!("{of}: the strides reach elements {low} to {high}, beyond the address space")));
+            return Err(argument(format!(
+                "{of}: the strides reach elements {low} to {high}, beyond the address space"
+            )));
         };
         shape.offset = low.unsigned_abs();
         let size = if array.r#type == ICORAY_F32 { 4 } else { 8 };

@@ -21,7 +21,7 @@ mod surfaces;
 mod wedge;
 
 pub use blend::Medium;
-pub use clips::Clips;
+pub use clips::{ClipRegion, Clips};
 pub(crate) use cross::{ColumnVisitor, cross};
 pub use levels::Levels;
 pub use painted::PaintedPlace;
@@ -99,7 +99,7 @@ impl KernelScene<'_> {
             && matches!(self.levels, Levels::Concentric(_))
             && self.isosurfaces.is_empty()
             && self.surface_layers.is_empty()
-            && self.clips.is_empty()
+            && self.clips.regions().is_empty()
     }
 
     /// Whether `gap` is visible according to these blocks; all masks have the same gaps in a block.

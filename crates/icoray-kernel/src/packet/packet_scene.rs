@@ -73,7 +73,7 @@ impl<'f> PacketScene<'f> {
             [medium, ..] => (medium.extinction.source, medium.extinction.knots()),
         };
         let volumes = if scene.has_one_field_of_volume() { None } else { Some(PacketVolumes::new(scene)?) };
-        if scene.clips.len() > MAX_CLIPS {
+        if scene.clips.regions().len() > MAX_CLIPS {
             return None;
         }
         let spans = Spans::new(knots);

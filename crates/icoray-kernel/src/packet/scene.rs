@@ -59,7 +59,7 @@ impl<'t> SceneTables<'t> {
         }
         layers.sort_unstable();
         layers.dedup();
-        let clips = match scene.clips.len() {
+        let clips = match scene.clips.regions().len() {
             0 => None,
             count => Some(ClipTables {
                 of_gaps: Table::new(&packets.clips_of_gaps)?,

@@ -1,7 +1,7 @@
 //! Scenes that name fields alone: they have the look of the first values that they show, on any number of ranks.
 
-use super::super::test_array::centers;
 use super::super::PartInput;
+use super::super::test_array::centers;
 use super::*;
 use crate::borrow::{ArrayInput, Versioned};
 use crate::boundary::tests::config;
