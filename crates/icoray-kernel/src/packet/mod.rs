@@ -78,24 +78,10 @@ pub fn packets() -> Option<Level> {
     }
 }
 
-/// Traces rays in packets; returns false, without tracing any, if the tables are too long for gathers.
+/// Traces rays in packets, with light if `N` is 4 and without if it is 1; returns `None`, without tracing any, if the
+/// tables are too long for gathers.
 #[inline(never)]
-pub(crate) fn trace(
-    level: Level,
-    frame: &PacketFrame<'_>,
-    rays: &mut dyn Iterator<Item = PrimaryRay>,
-    counts: &mut Counts,
-    target: &mut Target,
-) -> bool {
-    match frame.shading {
-        Some(_) => trace_frame::<4>(level, frame, rays, counts, target),
-        None => trace_frame::<1>(level, frame, rays, counts, target),
-    }
-    .is_some()
-}
-
-/// [`trace`], with or without light.
-fn trace_frame<const N: usize>(
+pub(crate) fn trace<const N: usize>(
     level: Level,
     frame: &PacketFrame<'_>,
     rays: &mut dyn Iterator<Item = PrimaryRay>,

@@ -7,7 +7,7 @@ use crate::plan::Plan;
 use crate::ranks::{HAS_WHOLE, Ranks};
 use crate::render_inputs::RenderInputs;
 use icoray_grid::heights::check_corners;
-use icoray_grid::{CenterField, Error, ErrorKind, Field, Grid, Location, Reals, Result};
+use icoray_grid::{CenterField, Field, Grid, Location, Reals, Result};
 use icoray_scene::Heights;
 
 /// Maximum number of values of a field that ranks compare in a frame.
@@ -80,7 +80,7 @@ impl Renderer {
         for name in scene.shown_fields() {
             let is_first = prepared.is_empty();
             let found = ranks.attempt(|| {
-                let given = if is_first { *fields.first(name)? } else { *fields.get(name)? };
+                let given = *fields.get(name)?;
                 Plan::check(name, grid, layers, &given)?;
                 let average = self.average(grid, &given)?;
                 Ok(PreparedField { name: name.to_owned(), given, average, moved: None })
@@ -125,8 +125,7 @@ impl Renderer {
             return Ok(None);
         }
         let found = ranks.attempt(|| {
-            let none = "the scene has heights = \"native\", and no heights of columns are given";
-            let given = *fields.heights().ok_or_else(|| Error::new(ErrorKind::Scene, none))?;
+            let given = *fields.heights().expect("a scene's needed fields include its heights");
             if given.location() == Location::Corner {
                 let owns = |cell: usize| part.is_none_or(|part| part.owns(cell));
                 self.run(|| check_corners(grid, &given, layers, owns))?;

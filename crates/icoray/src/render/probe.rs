@@ -115,8 +115,7 @@ impl Renderer {
         let derivation_inputs = scene.derivation_inputs().collect();
         let inputs = GatherInputs { threads: &self.threads, grid, layers, derivation_inputs };
         let gathered = columns.gather(ranks, &inputs, || fields.needed_by(scene))?;
-        let needed = gathered.fields().and_then(|fields| fields.needed_by(scene));
-        let found = ranks.collective(needed).and_then(|fields| {
+        let found = ranks.collective(gathered.fields()).and_then(|fields| {
             let (grid, part) = (gathered.grid(grid), gathered.part());
             self.probe_inputs(ranks, &RenderInputs { scene, grid, part, layers, fields: &fields }, at)
         });
