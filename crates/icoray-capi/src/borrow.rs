@@ -132,37 +132,36 @@ unsafe fn slice<'a, T>(pointer: *const T, len: usize, what: &str) -> Outcome<&'a
     Ok(unsafe { std::slice::from_raw_parts(pointer, len) })
 }
 
+/// The type of the elements of arrays: its number, and the member that has the number, for messages.
+#[derive(Clone, Copy)]
+struct ElementType<'m> {
+    number: i32,
+    member: &'m str,
+}
+
 /// # Safety
-/// As [`slice`], for elements of the type that `kind` names, which the member `named_by` has.
-unsafe fn reals<'a>(
-    pointer: *const c_void,
-    (kind, named_by): (i32, &str),
-    len: usize,
-    what: &str,
-) -> Outcome<Reals<'a>> {
-    match kind {
+/// As [`slice`], for elements of the type `of`.
+unsafe fn reals<'a>(pointer: *const c_void, of: ElementType, len: usize, what: &str) -> Outcome<Reals<'a>> {
+    let ElementType { number, member } = of;
+    match number {
         // SAFETY: passed on.
         ICORAY_F32 => unsafe { slice(pointer.cast::<f32>(), len, what) }.map(Reals::F32),
         // SAFETY: passed on.
         ICORAY_F64 => unsafe { slice(pointer.cast::<f64>(), len, what) }.map(Reals::F64),
-        _ => Err(argument(format!("{named_by}: {kind}, expected ICORAY_F32 (1) or ICORAY_F64 (2)"))),
+        _ => Err(argument(format!("{member}: {number}, expected ICORAY_F32 (1) or ICORAY_F64 (2)"))),
     }
 }
 
 /// # Safety
-/// As [`slice`], for elements of the type that `kind` names, which the member `named_by` has.
-unsafe fn indices<'a>(
-    pointer: *const c_void,
-    (kind, named_by): (i32, &str),
-    len: usize,
-    what: &str,
-) -> Outcome<Indices<'a>> {
-    match kind {
+/// As [`slice`], for elements of the type `of`.
+unsafe fn indices<'a>(pointer: *const c_void, of: ElementType, len: usize, what: &str) -> Outcome<Indices<'a>> {
+    let ElementType { number, member } = of;
+    match number {
         // SAFETY: passed on.
         ICORAY_I32 => unsafe { slice(pointer.cast::<i32>(), len, what) }.map(Indices::I32),
         // SAFETY: passed on.
         ICORAY_I64 => unsafe { slice(pointer.cast::<i64>(), len, what) }.map(Indices::I64),
-        _ => Err(argument(format!("{named_by}: {kind}, expected ICORAY_I32 (3) or ICORAY_I64 (4)"))),
+        _ => Err(argument(format!("{member}: {number}, expected ICORAY_I32 (3) or ICORAY_I64 (4)"))),
     }
 }
 
@@ -175,7 +174,7 @@ pub(crate) unsafe fn points<'a>(
     real_type: i32,
     [lon_rad, lat_rad]: [*const c_void; 2],
 ) -> Outcome<LonLat<'a>> {
-    let (cells, kind) = (count(cells, "cells")?, (real_type, "real_type"));
+    let (cells, kind) = (count(cells, "cells")?, ElementType { number: real_type, member: "real_type" });
     // SAFETY: the caller promises these arrays with this length.
     unsafe {
         Ok(LonLat {
@@ -198,8 +197,8 @@ pub(crate) unsafe fn tables<'a>(grid: &icoray_grid) -> Outcome<GridTables<'a>> {
     let corner_entries = cells
         .checked_mul(row)
         .ok_or_else(|| argument(format!("icoray_grid.cell_corner_row: {row} times {cells} cells overflows")))?;
-    let kind = (grid.real_type, "icoray_grid.real_type");
-    let whole = (grid.index_type, "icoray_grid.index_type");
+    let kind = ElementType { number: grid.real_type, member: "icoray_grid.real_type" };
+    let whole = ElementType { number: grid.index_type, member: "icoray_grid.index_type" };
     // SAFETY: the caller promises these tables with these lengths.
     unsafe {
         Ok(GridTables {
@@ -233,7 +232,7 @@ pub(crate) unsafe fn tables<'a>(grid: &icoray_grid) -> Outcome<GridTables<'a>> {
 /// unchanged for `'a`.
 pub(crate) unsafe fn part_cells<'a>(part: &icoray_part) -> Outcome<PartCells<'a>> {
     let cells = count(part.cells, "icoray_part.cells")?;
-    let kind = (part.index_type, "icoray_part.index_type");
+    let kind = ElementType { number: part.index_type, member: "icoray_part.index_type" };
     // SAFETY: the caller promises both tables with this length.
     unsafe {
         let global = indices(part.cell_global, kind, cells, "icoray_part.cell_global")?;
@@ -252,7 +251,7 @@ pub(crate) unsafe fn part_corners<'a>(part: &icoray_part) -> Outcome<Option<Part
     if corners == 0 && part.corner_global.is_null() {
         return Ok(None);
     }
-    let kind = (part.index_type, "icoray_part.index_type");
+    let kind = ElementType { number: part.index_type, member: "icoray_part.index_type" };
     let names = ["icoray_part.is_corner_owned", "icoray_part.owned_corners"];
     // SAFETY: the caller promises both tables with this length.
     unsafe {
@@ -389,7 +388,7 @@ impl ArrayInput {
         }
         let location = location(array.location, of)?;
         let named_by = member("type");
-        let kind = (array.r#type, named_by.as_str());
+        let kind = ElementType { number: array.r#type, member: &named_by };
         if shape.columns == 0 {
             // SAFETY: of no elements.
             let none = unsafe { reals(array.data, kind, 0, &member("data"))? };

@@ -107,7 +107,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         let (media, isosurfaces) = (self.media(), self.isosurfaces());
         let surface_layers = self.surface_layers();
         let (occupancy_keys, visible) = self.visible(&media, &isosurfaces);
-        let (sources, gradient_keys) = self.sources(&media, &isosurfaces, (&occupancy_keys, &visible))?;
+        let (sources, gradient_keys) = self.sources(&media, &isosurfaces, &occupancy_keys, &visible)?;
         let normals = self.terrain.normals(self.context, &surface_layers, self.summary.is_lit());
         let (normal_keys, normals): (Vec<NormalKey>, Vec<_>) = normals.into_iter().unzip();
         let normals = normal_keys.iter().map(|key| key.layer[0]).zip(normals).collect();
@@ -316,7 +316,8 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         &mut self,
         media: &[Medium],
         isosurfaces: &[Isosurface],
-        (keys, visible): (&[OccupancyKey], &[OccupancyMask]),
+        keys: &[OccupancyKey],
+        visible: &[OccupancyMask],
     ) -> Result<(Vec<FieldSource<'f>>, Vec<Option<GradientKey>>)> {
         let FrameContext { scene, plan, grid, .. } = *self.context;
         let joined;
