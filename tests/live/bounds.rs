@@ -1,6 +1,7 @@
 //! Scenes of viewers that take too long or too much memory.
 
 use super::model::Watched;
+use super::viewer::Json;
 use super::{LIVE, SCENE, drawn};
 use icoray_test_support::PATIENCE;
 use icoray_tests::native::text;

@@ -1,6 +1,7 @@
 //! Changes and questions of viewers, on one process and over ranks.
 
 use super::model::{Model, Watched, drawn_alone, one_process, over_ranks};
+use super::viewer::Json;
 use super::{LIVE, SCENE, drawn};
 use icoray_tests::native::text;
 use icoray_tests::ranks::FIRST;
@@ -71,7 +72,7 @@ fn watch(run: impl Fn(&Path, &Path) -> Command) {
 
     let last = model.draw();
     let log = model.end();
-    assert!(log.contains("live view at http://127.0.0.1:") && !log.contains(&viewer.token), "{log}");
+    assert!(log.contains("live view at http://127.0.0.1:") && !log.contains(&viewer.page.token), "{log}");
     assert!(log.contains("step 1: a viewer has set camera.lon, transfer.map"), "{log}");
     assert!(!to.join("live.url").exists());
 

@@ -6,9 +6,11 @@ use crate::types::{
     icoray_config, icoray_frame_report, icoray_grid, icoray_layers, icoray_ndarray, icoray_part, icoray_status,
 };
 use icoray_core::{
-    ColumnCount, Dimension, Field, GridTables, Indices, Location, LonLat, Owned, PartCells, PartCorners, Reals, Shape,
+    ColumnCount, Dimension, Field, GridTables, Indices, Layers, Location, LonLat, Owned, PartCells, PartCorners, Reals,
+    Shape,
 };
 use std::ffi::{CStr, c_char, c_void};
+use std::ptr;
 
 pub(crate) fn argument(message: String) -> Failure {
     Failure::new(icoray_status::ICORAY_ERR_ARGUMENT, message)
@@ -90,6 +92,15 @@ pub(crate) unsafe fn name<'a>(pointer: *const c_char, what: &str) -> Outcome<&'a
     if pointer.is_null() { Ok("") } else { unsafe { text(pointer, what) } }
 }
 
+/// The names of a grid and of layers.
+///
+/// # Safety
+/// Both are NULL or strings that live for `'a`.
+pub(crate) unsafe fn names<'a>(grid: *const c_char, layers: *const c_char) -> Outcome<[&'a str; 2]> {
+    // SAFETY: passed on.
+    unsafe { Ok([name(grid, "grid_name")?, name(layers, "layers_name")?]) }
+}
+
 /// Far more rows than 32-bit indices can name; sums and small multiples of such numbers cannot overflow.
 const MAX_COUNT: i64 = i32::MAX as i64 * 4;
 
@@ -121,37 +132,36 @@ unsafe fn slice<'a, T>(pointer: *const T, len: usize, what: &str) -> Outcome<&'a
     Ok(unsafe { std::slice::from_raw_parts(pointer, len) })
 }
 
+/// The type of the elements of arrays: its number, and the member that has the number, for messages.
+#[derive(Clone, Copy)]
+struct ElementType<'m> {
+    number: i32,
+    member: &'m str,
+}
+
 /// # Safety
-/// As [`slice`], for elements of the type that `kind` names, which the member `named_by` has.
-unsafe fn reals<'a>(
-    pointer: *const c_void,
-    (kind, named_by): (i32, &str),
-    len: usize,
-    what: &str,
-) -> Outcome<Reals<'a>> {
-    match kind {
+/// As [`slice`], for elements of the type `of`.
+unsafe fn reals<'a>(pointer: *const c_void, of: ElementType, len: usize, what: &str) -> Outcome<Reals<'a>> {
+    let ElementType { number, member } = of;
+    match number {
         // SAFETY: passed on.
         ICORAY_F32 => unsafe { slice(pointer.cast::<f32>(), len, what) }.map(Reals::F32),
         // SAFETY: passed on.
         ICORAY_F64 => unsafe { slice(pointer.cast::<f64>(), len, what) }.map(Reals::F64),
-        _ => Err(argument(format!("{named_by}: {kind}, expected ICORAY_F32 (1) or ICORAY_F64 (2)"))),
+        _ => Err(argument(format!("{member}: {number}, expected ICORAY_F32 (1) or ICORAY_F64 (2)"))),
     }
 }
 
 /// # Safety
-/// As [`slice`], for elements of the type that `kind` names, which the member `named_by` has.
-unsafe fn indices<'a>(
-    pointer: *const c_void,
-    (kind, named_by): (i32, &str),
-    len: usize,
-    what: &str,
-) -> Outcome<Indices<'a>> {
-    match kind {
+/// As [`slice`], for elements of the type `of`.
+unsafe fn indices<'a>(pointer: *const c_void, of: ElementType, len: usize, what: &str) -> Outcome<Indices<'a>> {
+    let ElementType { number, member } = of;
+    match number {
         // SAFETY: passed on.
         ICORAY_I32 => unsafe { slice(pointer.cast::<i32>(), len, what) }.map(Indices::I32),
         // SAFETY: passed on.
         ICORAY_I64 => unsafe { slice(pointer.cast::<i64>(), len, what) }.map(Indices::I64),
-        _ => Err(argument(format!("{named_by}: {kind}, expected ICORAY_I32 (3) or ICORAY_I64 (4)"))),
+        _ => Err(argument(format!("{member}: {number}, expected ICORAY_I32 (3) or ICORAY_I64 (4)"))),
     }
 }
 
@@ -164,7 +174,7 @@ pub(crate) unsafe fn points<'a>(
     real_type: i32,
     [lon_rad, lat_rad]: [*const c_void; 2],
 ) -> Outcome<LonLat<'a>> {
-    let (cells, kind) = (count(cells, "cells")?, (real_type, "real_type"));
+    let (cells, kind) = (count(cells, "cells")?, ElementType { number: real_type, member: "real_type" });
     // SAFETY: the caller promises these arrays with this length.
     unsafe {
         Ok(LonLat {
@@ -187,8 +197,8 @@ pub(crate) unsafe fn tables<'a>(grid: &icoray_grid) -> Outcome<GridTables<'a>> {
     let corner_entries = cells
         .checked_mul(row)
         .ok_or_else(|| argument(format!("icoray_grid.cell_corner_row: {row} times {cells} cells overflows")))?;
-    let kind = (grid.real_type, "icoray_grid.real_type");
-    let whole = (grid.index_type, "icoray_grid.index_type");
+    let kind = ElementType { number: grid.real_type, member: "icoray_grid.real_type" };
+    let whole = ElementType { number: grid.index_type, member: "icoray_grid.index_type" };
     // SAFETY: the caller promises these tables with these lengths.
     unsafe {
         Ok(GridTables {
@@ -222,7 +232,7 @@ pub(crate) unsafe fn tables<'a>(grid: &icoray_grid) -> Outcome<GridTables<'a>> {
 /// unchanged for `'a`.
 pub(crate) unsafe fn part_cells<'a>(part: &icoray_part) -> Outcome<PartCells<'a>> {
     let cells = count(part.cells, "icoray_part.cells")?;
-    let kind = (part.index_type, "icoray_part.index_type");
+    let kind = ElementType { number: part.index_type, member: "icoray_part.index_type" };
     // SAFETY: the caller promises both tables with this length.
     unsafe {
         let global = indices(part.cell_global, kind, cells, "icoray_part.cell_global")?;
@@ -241,7 +251,7 @@ pub(crate) unsafe fn part_corners<'a>(part: &icoray_part) -> Outcome<Option<Part
     if corners == 0 && part.corner_global.is_null() {
         return Ok(None);
     }
-    let kind = (part.index_type, "icoray_part.index_type");
+    let kind = ElementType { number: part.index_type, member: "icoray_part.index_type" };
     let names = ["icoray_part.is_corner_owned", "icoray_part.owned_corners"];
     // SAFETY: the caller promises both tables with this length.
     unsafe {
@@ -315,60 +325,99 @@ pub(crate) fn flat(array: &icoray_ndarray, expected: &ColumnCount, layers: usize
     })
 }
 
-/// Borrows an array as a field; `of` is the C struct's name in messages.
-///
-/// # Safety
-/// `array.data` is NULL or points to value (0, 0) of an array that holds every element that columns, layers and strides
-/// reach, of the type given, unchanged for `'a`.
-pub(crate) unsafe fn field<'a>(array: &icoray_array, of: &str) -> Outcome<Field<'a>> {
-    let member = |name: &str| format!("{of}.{name}");
-    let mut shape = Shape {
-        columns: count(array.columns, &member("columns"))?,
-        layers: count(array.layers, &member("layers"))?,
-        offset: 0,
-        column_stride: stride(array.column_stride, &member("column_stride"))?,
-        layer_stride: stride(array.layer_stride, &member("layer_stride"))?,
-        block: count(array.block, &member("block"))?,
-        block_stride: stride(array.block_stride, &member("block_stride"))?,
-    };
-    // Columns of stride 0 are an error: all would have one value. Layers may have stride 0: a 2D field shown as a
-    // shell.
-    let blocks = if shape.block == 0 { 1 } else { shape.columns.div_ceil(shape.block) };
-    let inside = if shape.block == 0 { shape.columns } else { shape.block };
-    for (name, value, count) in
-        [("column_stride", shape.column_stride, inside), ("block_stride", shape.block_stride, blocks)]
-    {
-        if value == 0 && count > 1 {
-            return Err(argument(format!("{of}.{name}: 0, expected the elements between {count} of them")));
+/// An array that the model has set, with the names of its grid and layers.
+pub(crate) struct ArrayInput {
+    array: icoray_array,
+    /// The name of the C struct in messages.
+    of: &'static str,
+    pub grid: String,
+    pub layers: String,
+}
+
+// SAFETY: the array is read only inside calls on the context, in which the model keeps it alive and unchanged.
+unsafe impl Send for ArrayInput {}
+
+impl ArrayInput {
+    /// Checks everything but the values; `of` is the C struct's name in messages.
+    pub fn new(array: &icoray_array, of: &'static str, is_shared: bool) -> Outcome<Self> {
+        // The caller's strings need not outlive the call.
+        let copy = icoray_array { grid_name: ptr::null(), layers_name: ptr::null(), ..*array };
+        let mut input = ArrayInput { array: copy, of, grid: String::new(), layers: String::new() };
+        let columns = input.field(None)?.shape().columns;
+        // SAFETY: the caller of icoray_field_set or icoray_heights_set promises two strings.
+        [input.grid, input.layers] = unsafe { names(array.grid_name, array.layers_name)? }.map(str::to_owned);
+        if columns == 0 && !is_shared {
+            return Err(Failure::new(icoray_status::ICORAY_ERR_FIELD, "0 columns, expected at least 1"));
         }
+        Ok(input)
     }
-    let location = location(array.location, of)?;
-    let named_by = member("type");
-    let kind = (array.r#type, named_by.as_str());
-    if shape.columns == 0 {
-        // SAFETY: of no elements.
-        let none = unsafe { reals(array.data, kind, 0, &member("data"))? };
-        return Ok(Field::new(none, shape, location, None)?);
+
+    /// Whether the array has one value per column.
+    pub fn is_2d(&self) -> bool {
+        self.array.layers == 1
     }
-    if array.data.is_null() {
-        return Err(Failure::null(&member("data")));
+
+    /// Borrows the array as a field until the call on the context returns. The values of a 2D field, which has one layer,
+    /// are repeated on each of `layers`.
+    pub fn field<'a>(&self, layers: Option<&Layers>) -> Outcome<Field<'a>> {
+        let ArrayInput { array, of, .. } = self;
+        let member = |name: &str| format!("{of}.{name}");
+        let mut shape = Shape {
+            columns: count(array.columns, &member("columns"))?,
+            layers: count(array.layers, &member("layers"))?,
+            offset: 0,
+            column_stride: stride(array.column_stride, &member("column_stride"))?,
+            layer_stride: stride(array.layer_stride, &member("layer_stride"))?,
+            block: count(array.block, &member("block"))?,
+            block_stride: stride(array.block_stride, &member("block_stride"))?,
+        };
+        // Columns of stride 0 are an error: all would have one value. Layers may have stride 0: a 2D field shown as a
+        // shell.
+        let blocks = if shape.block == 0 { 1 } else { shape.columns.div_ceil(shape.block) };
+        let inside = if shape.block == 0 { shape.columns } else { shape.block };
+        for (name, value, count) in
+            [("column_stride", shape.column_stride, inside), ("block_stride", shape.block_stride, blocks)]
+        {
+            if value == 0 && count > 1 {
+                return Err(argument(format!("{of}.{name}: 0, expected the elements between {count} of them")));
+            }
+        }
+        if let (1, Some(layers)) = (shape.layers, layers) {
+            shape.layers = layers.count();
+            shape.layer_stride = 0;
+        }
+        let location = location(array.location, of)?;
+        let named_by = member("type");
+        let kind = ElementType { number: array.r#type, member: &named_by };
+        if shape.columns == 0 {
+            // SAFETY: of no elements.
+            let none = unsafe { reals(array.data, kind, 0, &member("data"))? };
+            return Ok(Field::new(none, shape, location, None)?);
+        }
+        if array.data.is_null() {
+            return Err(Failure::null(&member("data")));
+        }
+        // The slice begins at the lowest element, which lies before `data` for negative strides.
+        let Some((low, high)) = shape.extent() else {
+            let message =
+                format!("{} columns of {} layers, expected at least one of each", shape.columns, shape.layers);
+            return Err(Failure::new(icoray_status::ICORAY_ERR_FIELD, message));
+        };
+        let reach = |element: i128| isize::try_from(element).ok().filter(|e| e.checked_mul(8).is_some());
+        let (Some(low), Some(high)) = (reach(low), reach(high)) else {
+            return Err(argument(format!(
+                "{of}: the strides reach elements {low} to {high}, beyond the address space"
+            )));
+        };
+        shape.offset = low.unsigned_abs();
+        let size = if array.r#type == ICORAY_F32 { 4 } else { 8 };
+        let first = array.data.wrapping_byte_offset(low * size);
+        // SAFETY: the model promises all elements from the lowest to the highest that the strides reach, and that they
+        // live and do not change until icoray_execute returns.
+        let samples = unsafe { reals(first, kind, high.abs_diff(low) + 1, &member("data"))? };
+        // An array of floats holds the mark as a float: (double)-9.9999e30f is another number than -9.9999e30.
+        let fill_value = if array.r#type == ICORAY_F32 { f64::from(array.fill_value as f32) } else { array.fill_value };
+        let fill = (array.has_fill != 0).then_some(fill_value);
+        Ok(Field::new(samples, shape, location, fill)?)
     }
-    // The slice begins at the lowest element, which lies before `data` for negative strides.
-    let Some((low, high)) = shape.extent() else {
-        let message = format!("{} columns of {} layers, expected at least one of each", shape.columns, shape.layers);
-        return Err(Failure::new(icoray_status::ICORAY_ERR_FIELD, message));
-    };
-    let reach = |element: i128| isize::try_from(element).ok().filter(|e| e.checked_mul(8).is_some());
-    let (Some(low), Some(high)) = (reach(low), reach(high)) else {
-        return Err(argument(format!("{of}: the strides reach elements {low} to {high}, beyond the address space")));
-    };
-    shape.offset = low.unsigned_abs();
-    let size = if array.r#type == ICORAY_F32 { 4 } else { 8 };
-    let first = array.data.wrapping_byte_offset(low * size);
-    // SAFETY: the caller promises all elements from the lowest to the highest that the strides reach.
-    let samples = unsafe { reals(first, kind, high.abs_diff(low) + 1, &member("data"))? };
-    // An array of floats holds the mark as a float: (double)-9.9999e30f is another number than -9.9999e30.
-    let fill_value = if array.r#type == ICORAY_F32 { f64::from(array.fill_value as f32) } else { array.fill_value };
-    let fill = (array.has_fill != 0).then_some(fill_value);
-    Ok(Field::new(samples, shape, location, fill)?)
 }

@@ -1,6 +1,6 @@
 //! The context behind a handle: inputs, scene, frames in progress, ranks.
 
-use crate::borrow::{Versioned, argument};
+use crate::borrow::{ArrayInput, Versioned, argument};
 use crate::boundary::{Failure, Outcome};
 use crate::drawing::Drawing;
 use crate::types::{icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
@@ -24,7 +24,6 @@ mod scene;
 mod test_array;
 
 pub(crate) use collective::PartInput;
-pub(crate) use inputs::ArrayInput;
 use inputs::{GridInput, Inputs, missing};
 use levels::TimeLevels;
 use live::Viewers;

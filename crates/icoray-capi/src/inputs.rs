@@ -1,8 +1,8 @@
 //! Exported: grid, layers, fields, heights and scene.
 
-use crate::borrow::{self, Versioned, argument, name, sized, text};
+use crate::borrow::{self, ArrayInput, Versioned, argument, name, sized, text};
 use crate::boundary::{Failure, Outcome};
-use crate::context::{ArrayInput, PartInput, SceneSource};
+use crate::context::{PartInput, SceneSource};
 use crate::handle::{icoray_ctx, with, with_all, with_frames_finished};
 use crate::types::{icoray_array, icoray_grid, icoray_layers, icoray_ndarray, icoray_part, icoray_status};
 use icoray_core::{Description, Grid};

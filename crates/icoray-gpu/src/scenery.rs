@@ -147,7 +147,7 @@ fn clip_of(region: &ClipRegion) -> Clip {
     let mut clip = Clip { first_layer: first, last_layer: last, cuts_inside, ..Clip::default() };
     if let Some((towards, distance)) = region.half_space {
         clip.kind |= Clip::HAS_HALF_SPACE;
-        [clip.towards_hi, clip.towards_lo] = halves3(towards);
+        [clip.towards_hi, clip.towards_lo] = halves3(towards.to_array());
         [clip.distance_hi, clip.distance_lo] = halves(distance);
     }
     if let Some(shell) = region.shell {

@@ -4,6 +4,7 @@
 //! from layer to layer by one stride; only the base depends on blocks. Fields at corners, and fields on other layers,
 //! are copied: they become a [`CenterField`].
 
+use crate::array::MapInline;
 use crate::error::{Error, ErrorKind, Result};
 use crate::hash::{self, GOLDEN};
 use crate::reals::Reals;
@@ -103,6 +104,15 @@ impl<'a> Field<'a> {
         Field { number: self.number, ..spread.expect("its layers are the same elements") }
     }
 
+    /// The same values with the last layer first.
+    #[must_use]
+    pub fn upside_down(self) -> Self {
+        let Shape { layers, offset, layer_stride, .. } = self.shape;
+        let offset = offset.wrapping_add_signed((layers as isize - 1) * layer_stride);
+        let shape = Shape { offset, layer_stride: -layer_stride, ..self.shape };
+        Field { shape, elements: self.elements.upside_down(), ..self }
+    }
+
     /// The array as given.
     pub fn samples(&self) -> Reals<'a> {
         self.samples
@@ -137,6 +147,16 @@ impl<'a> Field<'a> {
     #[inline]
     pub fn value(&self, column: usize, layer: usize) -> f64 {
         self.value_or_nan(self.samples.get(self.elements.at(self.elements.base(column), layer)))
+    }
+
+    /// Values of three columns at `layer`; NaN for a missing one.
+    ///
+    /// # Panics
+    /// When the indices are out of range.
+    #[inline(always)]
+    pub fn values(&self, columns: [usize; 3], layer: usize) -> [f64; 3] {
+        let bases = self.elements.bases(columns);
+        bases.map_inline(|base| self.value_or_nan(self.samples.get(self.elements.at(base, layer))))
     }
 
     /// A hash of `samples` values that are spread over all columns and layers, or of all values if there are no more.

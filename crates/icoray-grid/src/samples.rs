@@ -1,41 +1,43 @@
 //! Reads the model's array: its layout, normalisation to the transfer function's range, missing values.
 
-use crate::array::MapInline;
 use crate::field::Field;
 use crate::real::Real;
-use crate::reals::Reals;
 use crate::sample::Sample;
 use crate::shape::ElementIndexer;
 
 mod clear;
 pub use clear::{Outside, SearchedSample, Stored};
 
-/// The layout of a field's array, and the normalisation of its values on layers that rise.
+/// The layout of a field's array, and the normalisation of its values: `(value - shift) * scale`.
 #[derive(Debug, Clone, Copy)]
-struct SampleMapping {
-    elements: ElementIndexer,
+pub struct SampleMapping {
+    /// The positions of values in the array.
+    pub elements: ElementIndexer,
     has_fill: bool,
     fill: f64,
-    shift: f64,
-    scale: f64,
+    /// The value that is normalised to 0.
+    pub shift: f64,
+    /// Inverse of the range.
+    pub scale: f64,
 }
 
 impl SampleMapping {
-    fn new(field: &Field, falling: bool, range: [f64; 2]) -> Self {
-        let elements = if falling { field.elements().upside_down() } else { *field.elements() };
+    /// The layout of `field`; values become `(value - range[0]) / (range[1] - range[0])`.
+    pub fn new(field: &Field, range: [f64; 2]) -> Self {
         let (has_fill, fill) = (field.fill().is_some(), field.fill().unwrap_or(f64::NAN));
-        SampleMapping { elements, has_fill, fill, shift: 0.0, scale: 1.0 }.normalised_to(range)
+        let scale = 1.0 / (range[1] - range[0]);
+        SampleMapping { elements: *field.elements(), has_fill, fill, shift: range[0], scale }
     }
 
-    #[inline]
-    fn normalised_to(self, range: [f64; 2]) -> Self {
-        SampleMapping { shift: range[0], scale: 1.0 / (range[1] - range[0]), ..self }
+    /// The mark of missing values, if the array's type can represent it.
+    pub fn fill<S: Sample>(&self) -> Option<S> {
+        S::exact(self.fill).filter(|_| self.has_fill)
     }
 
     /// A value, normalised in f64: a field of 1e30, or of 1e6 + 1, keeps its digits in an f32 kernel. NaN if it is
     /// missing.
     #[inline(always)]
-    fn normal<T: Real>(&self, value: f64) -> T {
+    pub fn normal<T: Real>(&self, value: f64) -> T {
         let (normal, is_usual) = self.usual(value);
         if is_usual { normal } else { T::of(self.rare(value, T::LARGEST)) }
     }
@@ -76,7 +78,8 @@ impl<'a, S: Sample> Samples<'a, S> {
     /// `data` is the field's array; values become `(value - range[0]) / (range[1] - range[0])`. If `falling` is set,
     /// the field's first layer is the outermost, and layers are read in reverse.
     pub fn new(data: &'a [S], field: &Field, falling: bool, range: [f64; 2]) -> Self {
-        Samples { data, reading: SampleMapping::new(field, falling, range) }
+        let field = if falling { field.upside_down() } else { *field };
+        Samples { data, reading: SampleMapping::new(&field, range) }
     }
 
     /// The base of the column over `cell`, for [`Self::get`].
@@ -127,7 +130,7 @@ impl<'a, S: Sample> Samples<'a, S> {
 
     /// The mark of missing values, if the array's type can represent it.
     pub fn fill(&self) -> Option<S> {
-        S::exact(self.reading.fill).filter(|_| self.reading.has_fill)
+        self.reading.fill()
     }
 
     /// The factor of normalisation.
@@ -139,118 +142,5 @@ impl<'a, S: Sample> Samples<'a, S> {
     #[inline(always)]
     pub fn normal<T: Real>(&self, sample: S) -> T {
         self.reading.normal(sample.wide())
-    }
-}
-
-/// An array of f32 values, for code that reads several at a time: `(value - shift) * scale` is normalised.
-#[derive(Debug, Clone, Copy)]
-pub struct PlainSamples<'a> {
-    /// The model's array.
-    pub data: &'a [f32],
-    /// The base of cell 0 and the stride from cell to cell; `None` if cells lie in blocks.
-    pub column: Option<[isize; 2]>,
-    /// Elements from one layer to the next above it.
-    pub layer_stride: isize,
-    /// The mark of a missing value.
-    pub fill: Option<f32>,
-    /// The value that is normalised to 0.
-    pub shift: f64,
-    /// Inverse of the range.
-    pub scale: f64,
-}
-
-/// [`Samples`] of either type. Rays read through it, so that their large kernel is compiled once for both types.
-#[derive(Debug, Clone, Copy)]
-pub struct AnySamples<'a> {
-    data: Reals<'a>,
-    reading: SampleMapping,
-}
-
-impl<'a> AnySamples<'a> {
-    /// As [`Samples::new`], of the array of `field`.
-    pub fn new(field: &Field<'a>, falling: bool, range: [f64; 2]) -> Self {
-        AnySamples { data: field.samples(), reading: SampleMapping::new(field, falling, range) }
-    }
-
-    /// The same samples, normalised to another range.
-    #[inline]
-    pub fn normalised_to(&self, range: [f64; 2]) -> Self {
-        AnySamples { data: self.data, reading: self.reading.normalised_to(range) }
-    }
-
-    /// The array and its layout, if it has f32 values.
-    #[inline]
-    pub fn plain(&self) -> Option<PlainSamples<'a>> {
-        let Reals::F32(data) = self.data else { return None };
-        let SampleMapping { elements, has_fill, fill, shift, scale } = self.reading;
-        let fill = has_fill.then(|| f32::exact(fill)).flatten();
-        Some(PlainSamples {
-            data,
-            column: elements.plain_column(),
-            layer_stride: elements.layer_stride(),
-            fill,
-            shift,
-            scale,
-        })
-    }
-
-    /// The base of the column over `cell`, for [`Self::get`].
-    #[inline(always)]
-    pub fn base(&self, cell: u32) -> isize {
-        self.reading.elements.base(cell as usize)
-    }
-
-    /// The bases of the columns over three cells, for [`Self::get`].
-    #[inline(always)]
-    pub fn bases(&self, cells: [u32; 3]) -> [isize; 3] {
-        self.reading.elements.bases(cells.map_inline(|cell| cell as usize))
-    }
-
-    /// The element of the sample at `layer`, for [`Self::at`].
-    #[inline(always)]
-    pub fn element(&self, base: isize, layer: usize) -> usize {
-        self.reading.elements.at(base, layer)
-    }
-
-    /// Elements from one layer to the next.
-    #[inline(always)]
-    pub fn layer_stride(&self) -> isize {
-        self.reading.elements.layer_stride()
-    }
-
-    /// The value of that element.
-    #[inline(always)]
-    pub fn at(&self, element: usize) -> f64 {
-        match self.data {
-            Reals::F32(data) => data[element].into(),
-            Reals::F64(data) => data[element],
-        }
-    }
-
-    /// The normalised value at `layer` (counted from the innermost) over the cell of `base`; NaN if it is missing.
-    #[inline(always)]
-    pub fn get<T: Real>(&self, base: isize, layer: usize) -> T {
-        self.normal(self.at(self.element(base, layer)))
-    }
-
-    /// The value itself; NaN if it is missing or infinite.
-    #[inline(always)]
-    pub fn value(&self, base: isize, layer: usize) -> f64 {
-        let value = self.at(self.element(base, layer));
-        let is_missing = self.reading.has_fill & (value == self.reading.fill) | value.is_infinite();
-        if is_missing { f64::NAN } else { value }
-    }
-
-    /// A value, normalised; NaN if it is missing.
-    #[inline(always)]
-    pub fn normal<T: Real>(&self, value: f64) -> T {
-        self.reading.normal(value)
-    }
-
-    /// [`Self::normal`] without a branch, and whether the result is valid: the value is neither missing nor beyond the
-    /// largest normalised value.
-    #[inline(always)]
-    pub fn usual<T: Real>(&self, value: f64) -> (T, bool) {
-        self.reading.usual(value)
     }
 }

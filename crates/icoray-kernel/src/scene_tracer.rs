@@ -42,7 +42,11 @@ impl<'w> SceneTracer<'w, '_> {
     ) -> bool {
         self.packets.is_some_and(|(level, packets)| {
             let frame = PacketFrame::new(&self.rays, packets, self.integrates);
-            packet::trace(level, &frame, rays, counts, &mut target)
+            let traced = match frame.shading {
+                Some(_) => packet::trace::<4>(level, &frame, rays, counts, &mut target),
+                None => packet::trace::<1>(level, &frame, rays, counts, &mut target),
+            };
+            traced.is_some()
         })
     }
 }

@@ -112,7 +112,7 @@ fn watched(sphere: &Sphere, options: &Options, light: &str) -> Result<Seen> {
     let renderer = Renderer::new(options.threads)?.with_stop(live.stop());
     thread::scope(|scope| {
         let client = scope.spawn(|| {
-            let seen = Client::new(&live.address()).and_then(|client| turn(client, options.turns));
+            let seen = turn(Client::new(&live.address()), options.turns);
             live.end();
             seen
         });

@@ -229,7 +229,7 @@ impl Background {
             return;
         }
         match self.drawn.recv() {
-            Ok(drawn) => self.finish_step(drawn),
+            Ok((drawn, copies)) => self.finish_step(drawn, copies),
             // The thread has ended; the next submission reports that.
             Err(_) => self.is_busy = false,
         }
@@ -238,13 +238,13 @@ impl Background {
     /// Takes in a finished step.
     fn look(&mut self) {
         match self.drawn.try_recv() {
-            Ok(drawn) => self.finish_step(drawn),
+            Ok((drawn, copies)) => self.finish_step(drawn, copies),
             Err(TryRecvError::Disconnected) => self.is_busy = false,
             Err(TryRecvError::Empty) => {}
         }
     }
 
-    fn finish_step(&mut self, (drawn, copies): (Vec<Drawn>, Copies)) {
+    fn finish_step(&mut self, drawn: Vec<Drawn>, copies: Copies) {
         drawn.into_iter().for_each(|drawn| self.outcomes.push(drawn));
         self.copies = copies;
         self.is_busy = false;
@@ -336,8 +336,8 @@ fn draw(
 fn render(renderer: &Renderer, ranks: &mut Ranks, setup: &FrameSetup, copies: &Copies) -> Result<Rendered> {
     let FrameSetup { scene, grid, layers, .. } = setup;
     match copies.gathered(setup) {
-        Some(gathered) => renderer.render_gathered(Instant::now(), ranks, scene, (grid, layers), gathered),
-        None => renderer.render_over(ranks, scene, grid, None, layers, copies.fields()?.needed_by(scene)?),
+        Some(gathered) => renderer.render_gathered(Instant::now(), ranks, scene, grid, layers, gathered),
+        None => renderer.render_over(ranks, scene, grid, None, layers, copies.fields()?),
     }
 }
 

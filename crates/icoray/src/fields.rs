@@ -76,17 +76,18 @@ impl<'f> Fields<'f> {
     /// needs them.
     ///
     /// # Errors
-    /// As [`Fields::get`]; [`ErrorKind::Field`] where the scene needs heights and there are none.
+    /// As [`Fields::get`], also where the scene needs heights and there are none.
     pub(crate) fn needed_by(&self, scene: &Scene) -> Result<Self> {
-        let of = |name: &str| if name == scene.field() { self.first(name) } else { self.get(name) };
-        let named = scene.model_fields().into_iter().map(|name| Ok((name.to_owned(), *of(name)?)));
+        let of = |number, name| if number == 0 { self.first(name) } else { self.get(name) };
+        let names = scene.model_fields().into_iter().enumerate();
+        let named = names.map(|(number, name)| Ok((name.to_owned(), *of(number, name)?)));
         let named = named.collect::<Result<_>>()?;
         let heights = match (scene.scenery.heights, self.heights) {
             (Heights::Mean, _) => None,
             (Heights::Native, Some(heights)) => Some(heights),
             (Heights::Native, None) => {
-                let message = "heights = \"native\", and no heights of cells and layers are given";
-                return Err(Error::new(ErrorKind::Field, message));
+                let message = "the scene has heights = \"native\", and no heights of columns are given";
+                return Err(Error::new(ErrorKind::Scene, message));
             }
         };
         Ok(Fields { named, unnamed: None, heights })
@@ -114,12 +115,9 @@ impl<'f> Fields<'f> {
         self.named.iter().map(|(name, field)| (name.as_str(), field))
     }
 
-    /// The fields with `first` before all others, and the unnamed field named `name`.
-    pub(crate) fn behind(&self, first: Vec<(String, Field<'f>)>, name: Option<&str>) -> Self {
-        let unnamed = self.unnamed.iter().zip(name).map(|(field, name)| (name.to_owned(), *field));
-        let named = first.into_iter().chain(unnamed).chain(self.named.iter().cloned()).collect();
-        let unnamed = if name.is_some() { None } else { self.unnamed };
-        Fields { named, unnamed, heights: self.heights }
+    /// The fields with `first` before all others.
+    pub(crate) fn behind(&self, first: impl Iterator<Item = (String, Field<'f>)>) -> Self {
+        Fields { named: first.chain(self.named.iter().cloned()).collect(), ..*self }
     }
 }
 

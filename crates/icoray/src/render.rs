@@ -111,6 +111,9 @@ impl Renderer {
         draw: impl FnOnce(&FrameContext, &mut Ranks) -> Result<R>,
     ) -> Result<R> {
         let RenderInputs { scene, grid, part, layers, fields } = *given;
+        let needed = ranks.attempt(|| fields.needed_by(scene));
+        let fields = &ranks.collective(needed)?;
+        let given = &RenderInputs { fields, ..*given };
         if !scene.scenery.derived.is_empty() {
             let has_room = ranks.attempt(|| self.derived.require(scene, fields, self.memory_limit));
             ranks.collective(has_room)?;
@@ -170,13 +173,11 @@ impl Renderer {
     /// The plan of a frame, and the distribution of its picture over ranks: equal on all. Collective.
     fn agree_on_plan(&self, ranks: &mut Ranks, given: &RenderInputs) -> Result<(Plan, Sharing)> {
         let RenderInputs { scene, grid, part, layers, fields } = *given;
-        let field = ranks.attempt(|| fields.first(scene.field()));
-        let field = ranks.collective(field)?;
         let plan = ranks.attempt(|| {
             if part.is_none() && grid.cells() == 0 {
                 return Err(Error::new(ErrorKind::Grid, "0 cells, expected at least 1"));
             }
-            Ok((Plan::new(scene, grid, layers, field)?, Plan::sharing(scene, part)?))
+            Ok((Plan::new(scene, grid, layers, fields.get(scene.field())?)?, Plan::sharing(scene, part)?))
         });
         ranks.agree_all(plan, |(plan, sharing)| {
             let place = if plan.from_corners { "corners" } else { "centres" };

@@ -1,5 +1,5 @@
-//! Support for icoray's tests: skips that are counted, test data, short and long counts, random numbers. It has no
-//! dependencies.
+//! Support for icoray's tests: skips that are counted, test data, short and long counts, random numbers, a client of the
+//! live page. It has no dependencies.
 //!
 //! Environment variables; `cargo xtask test` sets the first two:
 //!
@@ -11,9 +11,11 @@
 //! | `ICORAY_TEST_DATA` | folder of the data files; `../shared/data` beside the repository if unset |
 
 mod need;
+mod page;
 mod random;
 
 pub use need::Need;
+pub use page::{PageAnswer, PageClient};
 pub use random::Random;
 
 use std::ffi::OsStr;

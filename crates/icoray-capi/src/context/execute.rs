@@ -71,7 +71,7 @@ impl Context {
             view.model_fields().into_iter().chain(conditions)
         });
         let hash = |name: String| {
-            let field = self.inputs.fields.get(&name)?.field().ok()?;
+            let field = self.inputs.fields.get(&name)?.field(None).ok()?;
             (field.shape().columns > 0).then(|| (name, field.hash_of_samples(levels::SAMPLES)))
         };
         let hashes: Vec<_> = read.collect::<BTreeSet<_>>().into_iter().filter_map(hash).collect();

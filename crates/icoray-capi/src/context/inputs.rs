@@ -1,7 +1,7 @@
 //! Grids, layers, fields and heights that the model has set, by name, and the lookup of a frame's inputs.
 
 use super::refusals::{Input, Refusals, refused_or};
-use crate::borrow::{self, Versioned, argument, name};
+use crate::borrow::{self, ArrayInput, Versioned, argument};
 use crate::boundary::{Failure, Outcome};
 use crate::message::listed;
 use crate::types::{icoray_array, icoray_ndarray, icoray_status};
@@ -11,19 +11,7 @@ use icoray_core::{
     OwnedTables, Scene, Script, Shot,
 };
 use std::collections::BTreeMap;
-use std::ffi::c_char;
-use std::ptr;
 use std::sync::Arc;
-
-/// An array that the model has set, with the names of its grid and layers.
-pub(crate) struct ArrayInput {
-    array: icoray_array,
-    grid: String,
-    layers: String,
-}
-
-// SAFETY: the array is read only inside calls on the context, in which the model keeps it alive and unchanged.
-unsafe impl Send for ArrayInput {}
 
 /// A grid, with this rank's part of it where columns or cells are distributed over ranks.
 #[derive(Clone)]
@@ -71,44 +59,6 @@ pub(crate) struct ConditionField<'a> {
     pub decomposition: Option<Arc<Decomposition>>,
 }
 
-impl ArrayInput {
-    /// Checks everything but the values; `of` is the C struct's name in messages.
-    pub fn new(array: &icoray_array, of: &str, is_shared: bool) -> Outcome<Self> {
-        // SAFETY: the caller of icoray_field_set or icoray_heights_set promises an array and two strings.
-        let (columns, (grid, layers)) = unsafe {
-            let columns = borrow::field(array, of)?.shape().columns;
-            (columns, names(array.grid_name, array.layers_name)?)
-        };
-        if columns == 0 && !is_shared {
-            return Err(Failure::new(icoray_status::ICORAY_ERR_FIELD, "0 columns, expected at least 1"));
-        }
-        // The caller's strings need not outlive the call.
-        let copy = icoray_array { grid_name: ptr::null(), layers_name: ptr::null(), ..*array };
-        Ok(ArrayInput { array: copy, grid: grid.into(), layers: layers.into() })
-    }
-
-    /// Whether the field has one value per column.
-    pub fn is_2d(&self) -> bool {
-        self.array.layers == 1
-    }
-
-    pub fn field<'a>(&self) -> Outcome<Field<'a>> {
-        // SAFETY: the model promises that its arrays live and do not change until icoray_execute returns.
-        unsafe { borrow::field(&self.array, icoray_array::NAME) }
-    }
-
-    /// Checks that grid and layers are those of the scene's first field, `first`.
-    fn check_fits(&self, first: &ArrayInput, called: &str) -> Outcome<()> {
-        for (what, mine, firsts) in [("grid", &self.grid, &first.grid), ("layers", &self.layers, &first.layers)] {
-            if mine != firsts {
-                let message = format!("{what} {mine:?}, expected {firsts:?} as of field {called:?} in the same scene");
-                return Err(Failure::new(icoray_status::ICORAY_ERR_FIELD, message));
-            }
-        }
-        Ok(())
-    }
-}
-
 impl Inputs {
     /// The grid `name`, required by the C function `call`.
     pub fn grid(&self, name: &str, call: &str) -> Outcome<&GridInput> {
@@ -122,7 +72,7 @@ impl Inputs {
     /// The array with columns and layers, which are found among the dimensions; `call` is the C function that sets it.
     pub fn flat(&self, call: &str, array: &icoray_ndarray) -> Outcome<icoray_array> {
         // SAFETY: the caller of icoray_field_set_ndarray or icoray_heights_set_ndarray promises two strings.
-        let (grid, layers) = unsafe { names(array.grid_name, array.layers_name)? };
+        let [grid, layers] = unsafe { borrow::names(array.grid_name, array.layers_name)? };
         let grid_input = self.grid(grid, call)?;
         let layers = self.layers(layers, call)?;
         let location = borrow::location(array.location, icoray_ndarray::NAME)?;
@@ -147,7 +97,7 @@ impl Inputs {
         let given = self.fields.get(name).ok_or_else(|| self.not_given("when: field", name, ""))?;
         let within = |f: Failure| f.within(format_args!("field {name:?}"));
         let grid_input = self.grid(&given.grid, call).map_err(within)?;
-        let field = given.field().map_err(within)?;
+        let field = given.field(None).map_err(within)?;
         let (columns, expected) = (field.shape().columns, grid_input.columns_at(field.location()));
         if columns != expected.columns {
             return Err(within(expected.error(columns, "per cell or corner of the grid").into()));
@@ -158,7 +108,7 @@ impl Inputs {
     /// Number of layers of a field; 0 of a 2D field and of one whose array is not readable.
     #[cfg(feature = "live")]
     pub fn layers_of(&self, name: &str) -> usize {
-        let field = self.fields.get(name).and_then(|given| given.field().ok());
+        let field = self.fields.get(name).and_then(|given| given.field(None).ok());
         field.map(|field| field.shape().layers).filter(|layers| *layers > 1).unwrap_or(0)
     }
 
@@ -184,17 +134,26 @@ impl Inputs {
                 return Err(refused_or(self.refusals.of_any(input), failure));
             }
         }
-        let needed = self.needed(&scene)?;
-        let (called, first) = needed[0];
+        let names = scene.model_fields();
+        let needs = match names.len() {
+            1 => String::new(),
+            _ => format!("the scene needs {}, ", listed(names.iter().copied())),
+        };
+        let given = |name: &&str| match self.fields.get(*name) {
+            _ if name.is_empty() => Err(missing(call, "field", "icoray_field_set")),
+            Some(given) => Ok(given),
+            None => Err(self.not_given("the scene's field", name, &needs)),
+        };
+        let arrays = names.iter().map(given).collect::<Outcome<Vec<_>>>()?;
+        let (called, first) = (names[0], arrays[0]);
         let within = |f: Failure| f.within(format_args!("field {called:?}"));
         let grid_input = self.grid(&first.grid, call).map_err(within)?;
         let layers = self.layers(&first.layers, call).map_err(within)?;
-        let field = |(name, given): &(&str, &ArrayInput)| {
-            let field = given.check_fits(first, called).and_then(|()| given.field());
-            let field = field.map_err(|f| f.within(format_args!("field {name:?}")))?;
-            Ok(((*name).to_owned(), field.on_layers(layers.count())))
+        let field = |(name, given): (&&str, &&ArrayInput)| {
+            let field = check_fits(given, first, called).and_then(|()| given.field(Some(layers)));
+            Ok(((*name).to_owned(), field.map_err(|f| f.within(format_args!("field {name:?}")))?))
         };
-        let mut fields = Fields::new(needed.iter().map(field).collect::<Outcome<Vec<_>>>()?);
+        let mut fields = Fields::new(names.iter().zip(&arrays).map(field).collect::<Outcome<Vec<_>>>()?);
         if scene.scenery.heights == Heights::Native {
             let heights = self.heights_for(grid_input, layers, called, first);
             fields = fields.with_heights(heights.map_err(|f| f.within("heights"))?);
@@ -213,24 +172,6 @@ impl Inputs {
         Ok(FrameInputs { setup, fields })
     }
 
-    /// The fields that a scene needs, at least one.
-    fn needed<'s>(&'s self, scene: &'s Scene) -> Outcome<Vec<(&'s str, &'s ArrayInput)>> {
-        let names = scene.model_fields();
-        let needs = if names.len() > 1 {
-            format!("the scene needs {}, ", listed(names.iter().copied()))
-        } else {
-            String::new()
-        };
-        let given = |name: &&'s str| {
-            if name.is_empty() {
-                return Err(missing("icoray_execute", "field", "icoray_field_set"));
-            }
-            let found = self.fields.get(*name).map(|given| (*name, given));
-            found.ok_or_else(|| self.not_given("the scene's field", name, &needs))
-        };
-        names.iter().map(given).collect()
-    }
-
     /// Heights over the grid and layers of the scene's first field.
     fn heights_for<'a>(
         &self,
@@ -244,8 +185,8 @@ impl Inputs {
             let failure = Failure::new(icoray_status::ICORAY_ERR_FIELD, message);
             return Err(refused_or(self.refusals.of(Input::Heights, ""), failure));
         };
-        given.check_fits(first, called)?;
-        let heights = given.field()?;
+        check_fits(given, first, called)?;
+        let heights = given.field(None)?;
         let expected = grid_input.columns_at(heights.location());
         let (shape, columns) = (heights.shape(), expected.columns);
         if (shape.columns, shape.layers) == (columns, layers.count()) {
@@ -260,6 +201,17 @@ impl Inputs {
         );
         Err(Failure::new(icoray_status::ICORAY_ERR_LAYERS, message))
     }
+}
+
+/// Checks that grid and layers of an array are those of the scene's first field, `first`.
+fn check_fits(given: &ArrayInput, first: &ArrayInput, called: &str) -> Outcome<()> {
+    for (what, its, firsts) in [("grid", &given.grid, &first.grid), ("layers", &given.layers, &first.layers)] {
+        if its != firsts {
+            let message = format!("{what} {its:?}, expected {firsts:?} as of field {called:?} in the same scene");
+            return Err(Failure::new(icoray_status::ICORAY_ERR_FIELD, message));
+        }
+    }
+    Ok(())
 }
 
 pub(crate) fn missing(call: &str, what: &str, first: &str) -> Failure {
@@ -287,13 +239,6 @@ fn known<'m, T>(
         argument(format!("no {what} {named} was given by {first}; given: {names}"))
     };
     Err(refused_or(refusals.of(input, name), failure))
-}
-
-/// # Safety
-/// Both are NULL or strings that live for `'a`.
-unsafe fn names<'a>(grid: *const c_char, layers: *const c_char) -> Outcome<(&'a str, &'a str)> {
-    // SAFETY: passed on.
-    unsafe { Ok((name(grid, "grid_name")?, name(layers, "layers_name")?)) }
 }
 
 #[cfg(test)]

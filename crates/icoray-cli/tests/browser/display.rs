@@ -5,6 +5,7 @@ use crate::looks::{TABS, looks_right};
 use crate::made::Made;
 use crate::page::{SCREEN, Shown};
 use crate::run::Folder;
+use crate::viewer::Json;
 use serde_json::json;
 
 /// Copies the upper left corner of the canvas, where the title is: its bytes, row by row.

@@ -52,7 +52,7 @@ fn an_address_without_its_token_shows_an_error() {
     let Some(browser) = Browser::start() else { return };
     let folder = Folder::of(&Made::history());
     let viewer = folder.view(&[]);
-    browser.go(&format!("http://{}/#0123", viewer.host));
+    browser.go(&format!("http://{}/#0123", viewer.page.host));
     browser.until_text("#alert", "This address lacks its token.");
     browser.shot("no-token");
     assert!(browser.log().iter().all(|line| line.contains("401")));

@@ -4,7 +4,7 @@ use crate::browser::Browser;
 use crate::made::Made;
 use crate::page::Shown;
 use crate::run::{Folder, icoray};
-use crate::viewer::Viewer;
+use crate::viewer::{Json, Viewer};
 use netcdf::Options;
 
 const FILE: &str = "<img src=x onerror=document.title=1>.nc";
@@ -46,11 +46,11 @@ fn pages_of_others_get_nothing() {
     let asks = |address: &str| {
         browser.go(address);
         let call = |path: &str, options: &str| {
-            let headers = format!("headers: {{ Authorization: 'Bearer {}' }}", viewer.token);
+            let headers = format!("headers: {{ Authorization: 'Bearer {}' }}", viewer.page.token);
             let body = format!(
                 "return fetch('http://{}{path}', {{ {headers}, {options} }}).then((answer) => answer.text())
                    .catch((error) => error.name);",
-                viewer.host
+                viewer.page.host
             );
             browser.js(&body)
         };
@@ -61,7 +61,7 @@ fn pages_of_others_get_nothing() {
         call("/api/change", body);
         assert!(!browser.log().is_empty(), "{address}");
     };
-    asks(&format!("http://{}/", other.host));
+    asks(&format!("http://{}/", other.page.host));
     asks("data:text/html,<title>x</title>");
     asks("about:blank");
     // Nor do they show it in a frame of theirs.

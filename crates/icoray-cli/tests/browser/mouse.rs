@@ -4,6 +4,7 @@ use crate::browser::Browser;
 use crate::made::Made;
 use crate::page::Shown;
 use crate::run::Folder;
+use crate::viewer::Json;
 use icoray::{Renderer, Scene};
 use std::collections::BTreeSet;
 

@@ -45,7 +45,7 @@ impl Shown {
 impl Viewer {
     /// The whole address of the page.
     pub fn address(&self) -> String {
-        format!("http://{}/#{}", self.host, self.token)
+        format!("http://{}/#{}", self.page.host, self.page.token)
     }
 }
 

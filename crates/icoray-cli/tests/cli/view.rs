@@ -2,7 +2,7 @@
 
 use crate::made::Made;
 use crate::run::{Folder, fails, icoray, scene};
-use crate::viewer::Viewer;
+use crate::viewer::{Json, Viewer};
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::{Read, Write};
@@ -160,10 +160,10 @@ fn questions_about_the_data_are_answered() {
 fn hostile_clients_are_refused_without_harm_to_others() {
     let folder = folder();
     let viewer = folder.view(&[]);
-    let page = viewer.ask_with("", "GET /", "");
+    let page = viewer.page.with_token("").ask("GET /", "").unwrap();
     assert!(page.status == 200 && page.head.contains("content-security-policy: default-src 'none'"), "{}", page.head);
-    for token in ["", "0123", &format!("{}0", viewer.token), &viewer.token[1..]] {
-        let answer = viewer.ask_with(token, "GET /api/scene", "");
+    for token in ["", "0123", &format!("{}0", viewer.page.token), &viewer.page.token[1..]] {
+        let answer = viewer.page.with_token(token).ask("GET /api/scene", "").unwrap();
         assert_eq!(answer.status, 401);
         assert!(!String::from_utf8_lossy(&answer.body).contains("camera"));
     }
@@ -174,8 +174,8 @@ fn hostile_clients_are_refused_without_harm_to_others() {
     }
     assert_eq!(viewer.post("/api/load", &"#".repeat(2 << 20)).status, 413);
     for host in ["evil.example", "127.0.0.1.evil.example"] {
-        let mut stream = viewer.connect();
-        let token = &viewer.token;
+        let mut stream = viewer.page.connect().unwrap();
+        let token = &viewer.page.token;
         write!(
             stream,
             "GET /api/scene HTTP/1.1\r\nHost: {host}\r\nAuthorization: Bearer {token}\r\nConnection: close\r\n\r\n"
@@ -188,8 +188,8 @@ fn hostile_clients_are_refused_without_harm_to_others() {
     // Some that stall, with half of a request or without reading, and many that come, send garbage and go.
     let stalled: Vec<TcpStream> = (0..20)
         .map(|k| {
-            let mut stream = viewer.connect();
-            let token = &viewer.token;
+            let mut stream = viewer.page.connect().unwrap();
+            let token = &viewer.page.token;
             let half =
                 format!("GET /api/frame?after=0 HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer {token}\r\n");
             stream.write_all(half.as_bytes()).unwrap();
@@ -200,7 +200,7 @@ fn hostile_clients_are_refused_without_harm_to_others() {
         })
         .collect();
     for k in 0..1000 {
-        let mut stream = viewer.connect();
+        let mut stream = viewer.page.connect().unwrap();
         // The server may close at once.
         let _ = stream.write_all([&b"\0\xff\x16\x03\x01 garbage\r\n\r\n"[..], b"GET", b""][k % 3]);
     }
@@ -213,11 +213,11 @@ fn hostile_clients_are_refused_without_harm_to_others() {
 fn a_taken_port_is_another_port() {
     let folder = folder();
     let first = folder.view(&[]);
-    let port = first.host.rsplit_once(':').unwrap().1;
+    let port = first.page.host.rsplit_once(':').unwrap().1;
     let second = folder.view(&["--port", port]);
-    assert_ne!(first.host, second.host);
-    assert_ne!(first.token, second.token);
-    assert_eq!(first.ask_with(&second.token, "GET /api/scene", "").status, 401);
+    assert_ne!(first.page.host, second.page.host);
+    assert_ne!(first.page.token, second.page.token);
+    assert_eq!(first.page.with_token(&second.page.token).ask("GET /api/scene", "").unwrap().status, 401);
 }
 
 #[test]

@@ -1,35 +1,25 @@
 //! A running `icoray view`, and the requests of a page.
 
 use crate::run::{Folder, icoray};
-use icoray_test_support::PATIENCE;
+use icoray_test_support::{PageAnswer, PageClient};
 use serde_json::Value;
-use std::io::{BufRead, BufReader, Read, Write};
-use std::net::TcpStream;
+use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
 /// A command that serves a page, ended when it is dropped.
 pub struct Viewer {
     child: Option<Child>,
-    pub host: String,
-    pub token: String,
+    pub page: PageClient,
 }
 
-pub struct Answer {
-    pub status: u16,
-    pub head: String,
-    pub body: Vec<u8>,
+/// The content of an answer.
+pub trait Json {
+    fn json(&self) -> Value;
 }
 
-impl Answer {
-    pub fn json(&self) -> Value {
+impl Json for PageAnswer {
+    fn json(&self) -> Value {
         serde_json::from_slice(&self.body).unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&self.body)))
-    }
-
-    /// The facts of a picture, and its PNG.
-    fn picture(&self) -> (Value, &[u8]) {
-        let (length, rest) = self.body.split_first_chunk().unwrap();
-        let (facts, png) = rest.split_at(u32::from_le_bytes(*length) as usize);
-        (serde_json::from_slice(facts).unwrap(), png)
     }
 }
 
@@ -53,8 +43,7 @@ impl Viewer {
 
     /// The page of a command that runs already.
     pub fn at(address: &str) -> Self {
-        let (host, token) = address.strip_prefix("http://").and_then(|rest| rest.split_once("/#")).unwrap();
-        Viewer { child: None, host: host.to_owned(), token: token.to_owned() }
+        Viewer { child: None, page: PageClient::at(address) }
     }
 
     /// The command that serves the page, which goes on.
@@ -62,35 +51,12 @@ impl Viewer {
         self.child.take().unwrap()
     }
 
-    pub fn connect(&self) -> TcpStream {
-        let stream = TcpStream::connect(&self.host).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        stream
+    pub fn get(&self, path: &str) -> PageAnswer {
+        self.page.ask(&format!("GET {path}"), "").unwrap()
     }
 
-    pub fn ask_with(&self, token: &str, request: &str, body: &str) -> Answer {
-        let mut stream = self.connect();
-        let (host, length) = (&self.host, body.len());
-        let head = format!(
-            "{request} HTTP/1.1\r\nHost: {host}\r\nAuthorization: Bearer {token}\r\nContent-Length: {length}\r\n\
-             Connection: close\r\n\r\n"
-        );
-        stream.write_all(head.as_bytes()).unwrap();
-        stream.write_all(body.as_bytes()).unwrap();
-        let mut bytes = Vec::new();
-        stream.read_to_end(&mut bytes).unwrap();
-        let split = bytes.windows(4).position(|four| four == b"\r\n\r\n").unwrap();
-        let head = String::from_utf8(bytes[..split].to_vec()).unwrap();
-        let status = head.split(' ').nth(1).unwrap().parse().unwrap();
-        Answer { status, head: head.to_ascii_lowercase(), body: bytes[split + 4..].to_vec() }
-    }
-
-    pub fn get(&self, path: &str) -> Answer {
-        self.ask_with(&self.token, &format!("GET {path}"), "")
-    }
-
-    pub fn post(&self, path: &str, body: &str) -> Answer {
-        self.ask_with(&self.token, &format!("POST {path}"), body)
+    pub fn post(&self, path: &str, body: &str) -> PageAnswer {
+        self.page.ask(&format!("POST {path}"), body).unwrap()
     }
 
     /// Facts and pixels of the first picture of a revision or a later one that `is_wanted`.
@@ -99,7 +65,8 @@ impl Viewer {
         loop {
             let answer = self.get(&format!("/api/frame?after={after}"));
             assert_eq!(answer.status, 200);
-            let (facts, png) = answer.picture();
+            let (facts, png) = answer.picture().unwrap();
+            let facts: Value = serde_json::from_slice(facts).unwrap();
             assert!(facts["failure"].is_null(), "{facts}");
             let picture = image::load_from_memory(png).unwrap().into_rgba8();
             assert!(picture.width() == facts["width"]);

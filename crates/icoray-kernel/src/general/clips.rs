@@ -10,15 +10,19 @@ use icoray_scene::{Clip, LonLatBox};
 #[derive(Debug, Clone, Default)]
 pub struct Clips(Vec<ClipRegion>);
 
-#[derive(Debug, Clone)]
-struct ClipRegion {
-    cuts_inside: bool,
-    region: Option<LonLatBox>,
-    layers: Option<[usize; 2]>,
-    /// Radii in planet radii, exaggerated.
-    shell: Option<[f64; 2]>,
-    /// Unit normal of a half-space's plane, and its distance from the centre.
-    beyond: Option<(DVec3, f64)>,
+/// A cut: the region where all of its conditions hold.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClipRegion {
+    /// Whether the inside is cut away; else the outside.
+    pub cuts_inside: bool,
+    /// A box in longitude and latitude.
+    pub region: Option<LonLatBox>,
+    /// From layer to layer, counted from the innermost; both included.
+    pub layers: Option<[usize; 2]>,
+    /// From radius to radius, planet radii, exaggerated.
+    pub shell: Option<[f64; 2]>,
+    /// Beyond a plane: its unit normal and its distance from the centre, planet radii.
+    pub half_space: Option<(DVec3, f64)>,
 }
 
 /// The cuts along one ray: the stretches inside each, in rising order.
@@ -37,7 +41,7 @@ impl Clips {
             region: clip.region,
             layers: clip.layers,
             shell: clip.height_m.map(|ends| ends.map_inline(&radius_of)),
-            beyond: clip.half_space.map(|half| {
+            half_space: clip.half_space.map(|half| {
                 let [lon, lat] = half.towards_deg.map_inline(f64::to_radians);
                 (icoray_grid::grid::unit_vector(lon, lat), half.distance)
             }),
@@ -45,16 +49,10 @@ impl Clips {
         Clips(clips.iter().map(cut).collect())
     }
 
-    /// Whether there is no cut.
+    /// The regions of the cuts.
     #[inline]
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
-    /// Number of cuts.
-    #[inline]
-    pub fn len(&self) -> usize {
-        self.0.len()
+    pub fn regions(&self) -> &[ClipRegion] {
+        &self.0
     }
 
     /// The bits of the cuts that contain the space between or on `layers`, regardless of position.
@@ -99,7 +97,7 @@ impl ClipRegion {
     #[inline]
     fn bounds(&self, line: &RayLine, report: &mut impl FnMut(f64)) {
         let (x, y) = (line.b * line.plane.x, line.plane.y);
-        if let Some((towards, distance)) = self.beyond {
+        if let Some((towards, distance)) = self.half_space {
             report((distance - towards.dot(x)) / towards.dot(y));
         }
         for radius in self.shell.into_iter().flatten() {
@@ -129,7 +127,7 @@ impl ClipRegion {
     #[inline]
     fn holds(&self, at: DVec3) -> bool {
         let r = at.length();
-        self.beyond.is_none_or(|(towards, distance)| towards.dot(at) > distance)
+        self.half_space.is_none_or(|(towards, distance)| towards.dot(at) > distance)
             && self.shell.is_none_or(|[low, high]| r >= low && r <= high)
             && self.region.is_none_or(|region| region.holds(at))
     }

@@ -391,13 +391,13 @@ impl<'r> RayState<'r, '_> {
                 self.cross_boundary(Boundary::Isosurface(k), t);
                 let before = self.light.transmittance();
                 self.light.over(&Radiance { variance: off * off, ..Radiance::plain(color, surface.opacity) });
-                self.record_at(before, PassageKind::Isosurface(k), (wedge, at), |ray| ray.values_at(u));
+                self.record_at(before, PassageKind::Isosurface(k), wedge, at, |ray| ray.values_at(u));
             }
             SurfaceKind::Sheet(k) => {
                 let hit = SurfaceHit::round(self.line.position(t));
                 let over = (scene.grid, wedge.triangle);
-                let met = scene.surface_layers[k].light(self.solid(hit.normal), (&hit, over), color);
-                self.surface_layer(k, met, (wedge, at), |ray| ray.values_at(u));
+                let (light, materials) = scene.surface_layers[k].light(self.solid(hit.normal), (&hit, over), color);
+                self.surface_layer(k, light, materials, wedge, at, |ray| ray.values_at(u));
             }
         }
         self.passed()

@@ -21,7 +21,7 @@ mod surfaces;
 mod wedge;
 
 pub use blend::Medium;
-pub use clips::Clips;
+pub use clips::{ClipRegion, Clips};
 pub(crate) use cross::{ColumnVisitor, cross};
 pub use levels::Levels;
 pub use painted::PaintedPlace;
@@ -99,7 +99,7 @@ impl KernelScene<'_> {
             && matches!(self.levels, Levels::Concentric(_))
             && self.isosurfaces.is_empty()
             && self.surface_layers.is_empty()
-            && self.clips.is_empty()
+            && self.clips.regions().is_empty()
     }
 
     /// Whether `gap` is visible according to these blocks; all masks have the same gaps in a block.
@@ -213,7 +213,8 @@ impl<'r, 'f> RayState<'r, 'f> {
         &mut self,
         before: f64,
         kind: PassageKind,
-        (wedge, u): (&Wedge, f64),
+        wedge: &Wedge,
+        u: f64,
         values: impl FnOnce(&Self) -> Vec<f64>,
     ) {
         self.record(before, |ray, alpha| {
@@ -238,7 +239,7 @@ impl<'r, 'f> RayState<'r, 'f> {
         let before = self.light.transmittance();
         let flow = self.ground(t, &SurfaceHit { position, normal }, Some(wedge.triangle));
         if flow == Flow::Stop {
-            self.record_at(before, PassageKind::Core, (wedge, u), |ray| ray.scene.values_on_layer(wedge, lowest, u));
+            self.record_at(before, PassageKind::Core, wedge, u, |ray| ray.scene.values_on_layer(wedge, lowest, u));
         }
         flow
     }
@@ -296,8 +297,9 @@ impl<'r, 'f> RayState<'r, 'f> {
         for (k, surface) in scene.surface_layers.iter().enumerate() {
             if surface.place == SurfaceHeight::Layer(layer) {
                 let color = |material: &Material| material.on_layer(&scene.sources, scene.grid, wedge, facet, u);
-                let met = surface.light(body, (&hit, (scene.grid, wedge.triangle)), color);
-                self.surface_layer(k, met, (wedge, u), |ray| ray.scene.values_on_layer(wedge, facet, u));
+                let (light, materials) = surface.light(body, (&hit, (scene.grid, wedge.triangle)), color);
+                let values = |ray: &Self| ray.scene.values_on_layer(wedge, facet, u);
+                self.surface_layer(k, light, materials, wedge, u, values);
             }
         }
         self.passed()
@@ -309,8 +311,10 @@ impl<'r, 'f> RayState<'r, 'f> {
     fn surface_layer(
         &mut self,
         k: usize,
-        (light, materials): (Radiance<f64>, u32),
-        (wedge, u): (&Wedge, f64),
+        light: Radiance<f64>,
+        materials: u32,
+        wedge: &Wedge,
+        u: f64,
         values: impl FnOnce(&Self) -> Vec<f64>,
     ) {
         // Lines are already smooth.
@@ -319,7 +323,7 @@ impl<'r, 'f> RayState<'r, 'f> {
         }
         let before = self.light.transmittance();
         self.light.over(&light);
-        self.record_at(before, PassageKind::SurfaceLayer(k, materials), (wedge, u), values);
+        self.record_at(before, PassageKind::SurfaceLayer(k, materials), wedge, u, values);
     }
 
     /// The ray passes where no volume is.

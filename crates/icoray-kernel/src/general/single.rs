@@ -35,7 +35,7 @@ impl<'w> SingleVolume<'w> {
         let medium = scene.media.first().filter(|_| scene.has_one_field_of_volume())?;
         let map = &medium.extinction;
         let spans = map.spans();
-        let needs_sizes = spans.needs_sizes(scene.sources[map.source].value_range());
+        let needs_sizes = spans.needs_sizes(scene.sources[map.source].value_range);
         let rules = VolumeRules { spans, method, is_coarse, budget, shading };
         Some(SingleVolume { map, needs_sizes, ray: VolumeRay::new(&rules, dir) })
     }

@@ -1,89 +1,32 @@
-//! A field as single rays read it: raw values in double precision, from any storage of the model.
+//! The fields of the kernel's scene. Single rays read raw values in double precision, from any storage of the model.
 
 use super::wedge::{Facet, Wedge};
 use crate::transfer::{KernelKnot, Span, Spans};
 use icoray_grid::Field;
 use icoray_grid::array::{MapInline, partition_point};
 use icoray_grid::gradient::PartialGradients;
-use icoray_grid::real::Real;
-use icoray_grid::samples::AnySamples;
 
-/// A field's values and, if the field is lit, its gradients.
+/// A field with the data that rays need of it.
 #[derive(Debug)]
 pub struct FieldSource<'f> {
-    values: AnySamples<'f>,
+    /// The field; its first layer is the innermost.
+    pub field: Field<'f>,
     /// Gradients at the vertices, level-fastest; empty if nothing of the field is lit.
-    gradients: PartialGradients,
-    layers: usize,
-    cuts: Vec<f64>,
-    value_range: Option<[f64; 2]>,
+    pub gradients: PartialGradients,
+    /// The values, rising, at which a transfer function or an isosurface of the field has a knot.
+    pub cuts: Vec<f64>,
+    /// The least and the greatest value of the field, if it has any.
+    pub value_range: Option<[f64; 2]>,
     /// The largest magnitude; larger values count as this one.
-    most: f64,
+    pub largest: f64,
 }
 
-impl<'f> FieldSource<'f> {
-    /// A source that reads `field`, whose first layer is the outermost if `falling` is set. `cuts` are the values,
-    /// rising, at which a transfer function or an isosurface of the field has a knot; `value_range` is that of the
-    /// field, if it has values.
-    #[inline]
-    pub fn new(
-        field: &Field<'f>,
-        falling: bool,
-        gradients: PartialGradients,
-        cuts: Vec<f64>,
-        value_range: Option<[f64; 2]>,
-    ) -> Self {
-        const RAW: [f64; 2] = [0.0, 1.0];
-        let values = AnySamples::new(field, falling, RAW);
-        FieldSource { values, gradients, layers: field.shape().layers, cuts, value_range, most: f64::LARGEST }
-    }
-
-    /// The same field of a single volume without surfaces, whose values may be as large as any.
-    #[inline]
-    pub fn of_any_size(self) -> Self {
-        FieldSource { most: f64::MAX, ..self }
-    }
-
-    /// The gradients of the field.
-    #[inline]
-    pub fn gradients(&self) -> &PartialGradients {
-        &self.gradients
-    }
-
-    /// The gradients, to be modified.
-    #[inline]
-    pub fn gradients_mut(&mut self) -> &mut PartialGradients {
-        &mut self.gradients
-    }
-
-    /// The gradients, to reuse them for the next frame.
-    #[inline]
-    pub fn into_gradients(self) -> PartialGradients {
-        self.gradients
-    }
-
-    /// The least and the greatest value of the field, if it has any.
-    #[inline]
-    pub(crate) fn value_range(&self) -> Option<[f64; 2]> {
-        self.value_range
-    }
-
-    /// The field's values, normalised to a range.
-    #[inline]
-    pub(crate) fn samples_in(&self, range: [f64; 2]) -> AnySamples<'f> {
-        self.values.normalised_to(range)
-    }
-
-    /// The field's values without normalisation.
-    #[inline]
-    pub(crate) fn samples(&self) -> AnySamples<'f> {
-        self.values
-    }
-
+impl FieldSource<'_> {
     /// The values at `layer` over three cells; NaN for a missing one.
     #[inline]
     pub fn at(&self, cells: [u32; 3], layer: usize) -> [f64; 3] {
-        self.values.bases(cells).map_inline(|base| self.values.value(base, layer).clamp(-self.most, self.most))
+        let values = self.field.values(cells.map_inline(|cell| cell as usize), layer);
+        values.map_inline(|value| value.clamp(-self.largest, self.largest))
     }
 
     /// The value on the facet of a layer at `u`.
@@ -97,8 +40,8 @@ impl<'f> FieldSource<'f> {
     /// The gradients at `layer`, a row for each axis.
     #[inline]
     pub fn gradients_at(&self, cells: [u32; 3], layer: usize) -> [[f64; 3]; 3] {
-        let gradients = self.gradients.values();
-        let [a, b, c] = cells.map_inline(|cell| gradients.at(cell as usize * self.layers + layer));
+        let (gradients, layers) = (self.gradients.values(), self.field.shape().layers);
+        let [a, b, c] = cells.map_inline(|cell| gradients.at(cell as usize * layers + layer));
         [0, 1, 2].map_inline(|axis| [a, b, c].map_inline(|gradient| f64::from(gradient[axis])))
     }
 

@@ -1,6 +1,7 @@
 //! The part of a frame that all packets share.
 
 use super::packet_scene::PacketScene;
+use super::read::Source;
 use crate::budget::Budget;
 use crate::column::{Shell, Values};
 use crate::general::RaySettings;
@@ -11,7 +12,6 @@ use crate::volume_ray::VolumeRules;
 use icoray_grid::Grid;
 use icoray_grid::gradient::Gradients;
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_grid::samples::AnySamples;
 use icoray_scene::Method;
 
 /// The first volume of a scene and its surroundings, as all packets of a frame read them.
@@ -29,7 +29,7 @@ pub(crate) struct PacketFrame<'f> {
     /// The transfer function.
     pub spans: &'f Spans<f32>,
     /// The field, normalised to the range of `spans`.
-    pub samples: AnySamples<'f>,
+    pub(super) source: &'f Source<'f>,
     /// [`Spans::needs_sizes`] of the field.
     pub needs_sizes: bool,
     /// Visible blocks of gaps.
@@ -54,18 +54,18 @@ impl<'f> PacketFrame<'f> {
     /// The frame of a tracer.
     pub fn new(rays: &'f RaySettings<'f, 'f>, packets: &'f PacketScene<'f>, integrates: bool) -> Self {
         let RaySettings { scene, shading, budget, is_coarse, .. } = *rays;
-        let source = &scene.sources[scene.media.first().map_or(0, |medium| medium.extinction.source)];
+        let field = &scene.sources[scene.media.first().map_or(0, |medium| medium.extinction.source)];
         PacketFrame {
             rays,
             packets,
             grid: scene.grid,
             shell: &packets.shell,
             spans: &packets.spans,
-            samples: packets.samples,
-            needs_sizes: packets.spans.needs_sizes(source.value_range()),
+            source: &packets.source,
+            needs_sizes: packets.spans.needs_sizes(field.value_range),
             visible: packets.visible(scene),
             outer: scene.outer,
-            gradients: source.gradients().values(),
+            gradients: field.gradients.values(),
             budget,
             shading: shading.filter(|_| !scene.media.is_empty()),
             is_coarse,

@@ -121,7 +121,7 @@ impl<V: Machine> Lanes<V> {
         [upper - 1, upper].map(|layer| {
             [0, 1, 2].map(|k: usize| {
                 let cell = self.cells[k][lane];
-                frame.vertex::<N>(cell, frame.samples.get(frame.samples.base(cell), layer), layer)
+                frame.vertex::<N>(cell, frame.source.value(cell, layer), layer)
             })
         })
     }

@@ -23,13 +23,13 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     #[inline(always)]
     pub(super) fn look_ahead(&mut self) {
         let stepped = std::mem::take(&mut self.stepped);
-        let tables = self.tables;
+        let (tables, source) = (self.tables, self.frame.source);
         let apexes = self.lanes.next_apexes(self.simd, &tables.mesh);
-        let bases = tables.source.bases(self.simd, apexes, stepped);
+        let bases = source.bases(self.simd, apexes, stepped);
         for lane in lanes_of(stepped) {
             let (apex, gap) = (apexes[lane], self.lanes.gap[lane]);
             tables.mesh.prefetch_direction(apex);
-            tables.source.prefetch(bases[lane], gap);
+            source.prefetch(bases[lane], gap);
             if N == 4 {
                 tables.slopes.prefetch(apex, gap);
             }

@@ -78,24 +78,10 @@ pub fn packets() -> Option<Level> {
     }
 }
 
-/// Traces rays in packets; returns false, without tracing any, if the tables are too long for gathers.
+/// Traces rays in packets, with light if `N` is 4 and without if it is 1; returns `None`, without tracing any, if the
+/// tables are too long for gathers.
 #[inline(never)]
-pub(crate) fn trace(
-    level: Level,
-    frame: &PacketFrame<'_>,
-    rays: &mut dyn Iterator<Item = PrimaryRay>,
-    counts: &mut Counts,
-    target: &mut Target,
-) -> bool {
-    match frame.shading {
-        Some(_) => trace_frame::<4>(level, frame, rays, counts, target),
-        None => trace_frame::<1>(level, frame, rays, counts, target),
-    }
-    .is_some()
-}
-
-/// [`trace`], with or without light.
-fn trace_frame<const N: usize>(
+pub(crate) fn trace<const N: usize>(
     level: Level,
     frame: &PacketFrame<'_>,
     rays: &mut dyn Iterator<Item = PrimaryRay>,
@@ -309,7 +295,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     /// Offsets of the values and heights of a side's two cells.
     #[inline]
     fn bases_of(&self, side: &Side) -> [[u32; 2]; 2] {
-        let (source, [left, right]) = (&self.tables.source, [side.left.cell, side.right.cell]);
+        let (source, [left, right]) = (self.frame.source, [side.left.cell, side.right.cell]);
         [[source.base(left), source.base(right)], [self.layers.base(left), self.layers.base(right)]]
     }
 
@@ -321,7 +307,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
             self.leap_core();
             let step = mask::<V>(simd, self.fresh);
             let apexes = self.lanes.step::<L>(simd, &self.tables.mesh, step);
-            let bases = self.tables.source.bases(simd, apexes, self.fresh);
+            let bases = self.frame.source.bases(simd, apexes, self.fresh);
             self.lanes.put_bases::<L>(step, bases, self.layers.bases(simd, apexes, self.fresh));
             self.counts.columns += u64::from(self.fresh.count_ones());
             let entered = std::mem::take(&mut self.fresh);

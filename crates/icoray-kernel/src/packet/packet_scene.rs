@@ -1,19 +1,20 @@
 //! A scene in the form for packets: its volumes in single precision, the visible blocks of gaps,
 //! and the cuts of each gap.
 
+use super::read::Source;
 use crate::column::Shell;
 use crate::general::{KernelScene, TransferMap};
 use crate::transfer::{KernelKnot, Spans};
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_grid::samples::AnySamples;
 
 /// A scene for packets of rays, equal for all rays of a frame.
 #[derive(Debug)]
 pub struct PacketScene<'f> {
     pub(crate) shell: Shell,
     pub(crate) spans: Spans<f32>,
-    pub(crate) samples: AnySamples<'f>,
-    pub(crate) volumes: Option<PacketVolumes<'f>>,
+    /// The field of the first volume.
+    pub(super) source: Source<'f>,
+    pub(super) volumes: Option<PacketVolumes<'f>>,
     /// The visible blocks; `None` if they are those of the only volume or isosurface.
     joined: Option<OccupancyMask>,
     /// For each gap, the bits of the cuts that contain it.
@@ -24,7 +25,7 @@ pub struct PacketScene<'f> {
 
 /// Several volumes, or one whose opacity is that of another field, in single precision.
 #[derive(Debug)]
-pub(crate) struct PacketVolumes<'f> {
+pub(super) struct PacketVolumes<'f> {
     /// Transfer functions with their fields.
     pub maps: Vec<PacketMap<'f>>,
     /// The numbers of each volume's maps: that of its extinction and that of its colour.
@@ -33,8 +34,8 @@ pub(crate) struct PacketVolumes<'f> {
 
 /// A transfer function with its field.
 #[derive(Debug)]
-pub(crate) struct PacketMap<'f> {
-    pub samples: AnySamples<'f>,
+pub(super) struct PacketMap<'f> {
+    pub source: Source<'f>,
     pub spans: Spans<f32>,
 }
 
@@ -43,8 +44,8 @@ impl<'f> PacketVolumes<'f> {
         let (mut maps, mut maps_of) = (Vec::new(), Vec::new());
         let mut add = |map: &TransferMap| {
             let spans = Spans::new(map.knots());
-            let samples = scene.sources.get(map.source)?.samples_in(spans.range());
-            maps.push(PacketMap { samples, spans });
+            let source = Source::new(&scene.sources.get(map.source)?.field, spans.range());
+            maps.push(PacketMap { source, spans });
             Some(maps.len() - 1)
         };
         for medium in &scene.media {
@@ -67,16 +68,16 @@ impl<'f> PacketScene<'f> {
     /// several are joined.
     pub fn new(scene: &KernelScene<'f>, radius: &[f64], leaps: bool) -> Option<Self> {
         const CLEAR: [KernelKnot; 1] = [KernelKnot { value: 0.0, color: [0.0; 3], extinction: 0.0 }];
-        let (source, knots) = match scene.media.as_slice() {
+        let (number, knots) = match scene.media.as_slice() {
             [] => (0, CLEAR.as_slice()),
             [medium, ..] => (medium.extinction.source, medium.extinction.knots()),
         };
         let volumes = if scene.has_one_field_of_volume() { None } else { Some(PacketVolumes::new(scene)?) };
-        if scene.clips.len() > MAX_CLIPS {
+        if scene.clips.regions().len() > MAX_CLIPS {
             return None;
         }
         let spans = Spans::new(knots);
-        let samples = scene.sources.get(source)?.samples_in(spans.range());
+        let source = Source::new(&scene.sources.get(number)?.field, spans.range());
         let gaps = 0..=radius.len();
         let clips_of_gaps = gaps.map(|gap| scene.clips.around([gap.saturating_sub(1), gap])).collect();
         let is_one = scene.visible.len() == 1 && scene.beside == 0;
@@ -85,7 +86,7 @@ impl<'f> PacketScene<'f> {
             if leaps { joined.with_macrocells(scene.grid, radius.len()) } else { joined }
         });
         let leaps_core = leaps && scene.core.is_none();
-        Some(PacketScene { shell: Shell::new(radius), spans, samples, volumes, joined, clips_of_gaps, leaps_core })
+        Some(PacketScene { shell: Shell::new(radius), spans, source, volumes, joined, clips_of_gaps, leaps_core })
     }
 
     /// The visible blocks of the scene from which this was made.

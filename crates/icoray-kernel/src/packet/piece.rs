@@ -28,14 +28,15 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let mut active = inside;
         if new != 0 {
             let way = L::way(&self.lanes, crossing);
-            let vertices = self.tables.source.read(simd, &self.lanes, new);
-            let [f0, f1, kappa] = self.tables.source.normalised(simd, &vertices, &way);
+            let source = self.frame.source;
+            let vertices = source.read(simd, &self.lanes, self.lanes.bases, new);
+            let [f0, f1, kappa] = source.normalised(simd, &vertices, &way);
             let read = Part { f0, f1, kappa, eps: crossing.eps, length: crossing.length };
             let is_new = mask::<V>(simd, new);
             part = read.over(is_new, part);
             self.lanes.is_monotone &= !is_new;
             if self.frame.needs_sizes {
-                self.lanes.size = is_new.select(self.tables.source.size(simd, &vertices), self.lanes.size);
+                self.lanes.size = is_new.select(source.size(simd, &vertices), self.lanes.size);
             }
             self.lit.enter(simd, is_new, crossing.eps);
             let (void, beyond) = self.unusual(&vertices, &part, new);
@@ -43,7 +44,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             active &= !void;
             scalar = beyond;
             if self.frame.needs_sizes && self.scene.is_none() {
-                self.add_displacement(&part, self.tables.source.ends(simd, &vertices), new & !void);
+                self.add_displacement(&part, source.ends(simd, &vertices), new & !void);
             }
             if self.scene.is_some() {
                 scalar |= self.lanes.size.simd_gt(FAR).to_bitmask() as u32 & new & !void;
@@ -181,7 +182,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     /// Lanes of `new` frusta in which a value is missing, and those that scalar code must integrate.
     #[inline(always)]
     fn unusual(&self, vertices: &Vertices<V>, part: &Part<V>, new: u32) -> (u32, u32) {
-        let source = &self.tables.source;
+        let source = self.frame.source;
         let size = part.f0.abs() + part.f1.abs() + part.kappa.abs();
         let is_usual = size.simd_le(LARGEST) & part.eps.abs().simd_lt(LARGEST_EPS);
         let unusual = (!is_usual).to_bitmask() as u32 & new;

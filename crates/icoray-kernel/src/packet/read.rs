@@ -7,23 +7,20 @@ use super::part::all;
 use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::Real;
-use icoray_grid::samples::AnySamples;
+use icoray_grid::samples::SampleMapping;
+use icoray_grid::{Field, Reals};
 use icoray_simd::{Floats, Machine, Mask, Numbers, Pairs, Table, Wide, wide};
 
-/// The field's array.
+/// A field, normalised to the range of a transfer function.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Source<'t> {
-    samples: AnySamples<'t>,
-    plain: Option<Plain<'t>>,
-}
-
-/// An array for gathers.
-struct Plain<'t> {
-    table: Pairs<'t, f32>,
-    column: Option<[isize; 2]>,
-    layer_stride: isize,
+    values: Reals<'t>,
+    mapping: SampleMapping,
+    /// The mark of missing values, if the array has it and lanes gather.
     fill: Option<f32>,
-    shift: f64,
-    scale: f64,
+    /// The array for gathers; `None` if it has f64 values, is too long or the range too extreme: then values are read and
+    /// normalised one by one.
+    pairs: Option<Pairs<'t, f32>>,
 }
 
 /// Values at the three vertices on the layer below and on the layer above, not normalised.
@@ -47,30 +44,32 @@ pub(super) struct ConcentricWay<V: Machine> {
 pub(super) type Course<V> = [Floats<V>; 3];
 
 impl<'t> Source<'t> {
-    /// The source of these samples.
-    #[inline]
-    pub fn new(samples: AnySamples<'t>) -> Self {
+    /// The values of `field`, whose first layer is the innermost; `range` becomes 0 to 1.
+    pub fn new(field: &Field<'t>, range: [f64; 2]) -> Self {
         /// Factors beyond which differences of values could leave the range of f32.
         const SCALES: std::ops::Range<f64> = 1e-30..1e30;
-        let plain = samples.plain().filter(|plain| SCALES.contains(&plain.scale));
-        let plain = plain.and_then(|plain| {
-            Some(Plain {
-                table: Pairs::new(plain.data)?,
-                column: plain.column,
-                layer_stride: plain.layer_stride,
-                fill: plain.fill,
-                shift: plain.shift,
-                scale: plain.scale,
-            })
-        });
-        Source { samples, plain }
+        let mapping = SampleMapping::new(field, range);
+        let pairs = match field.samples() {
+            Reals::F32(data) if SCALES.contains(&mapping.scale) => Pairs::new(data),
+            _ => None,
+        };
+        Source { values: field.samples(), mapping, fill: pairs.and_then(|_| mapping.fill()), pairs }
+    }
+
+    /// The value over `cell` at `layer`, normalised; NaN if it is missing.
+    #[inline(always)]
+    pub fn value(&self, cell: u32, layer: usize) -> f32 {
+        let base = self.mapping.elements.base(cell as usize);
+        self.mapping.normal(self.values.get(self.mapping.elements.at(base, layer)))
     }
 
     /// Offsets of the values over cells, for [`Self::read`].
     #[inline(always)]
     pub fn bases<V: Machine>(&self, simd: V, cells: Numbers<V>, bits: u32) -> Numbers<V> {
-        let Some(plain) = &self.plain else { return cells };
-        if let Some([offset, stride]) = plain.column {
+        if self.pairs.is_none() {
+            return cells;
+        }
+        if let Some([offset, stride]) = self.mapping.elements.plain_column() {
             return cells * number(simd, stride as u32) + number(simd, offset as u32);
         }
         self.blocked_bases::<V>(cells, bits)
@@ -79,7 +78,7 @@ impl<'t> Source<'t> {
     #[inline(never)]
     fn blocked_bases<V: Machine>(&self, mut cells: Numbers<V>, bits: u32) -> Numbers<V> {
         for lane in lanes_of(bits) {
-            cells[lane] = self.samples.base(cells[lane]) as u32;
+            cells[lane] = self.base(cells[lane]);
         }
         cells
     }
@@ -87,47 +86,43 @@ impl<'t> Source<'t> {
     /// [`Self::bases`] of one cell.
     #[inline]
     pub fn base(&self, cell: u32) -> u32 {
-        if self.plain.is_some() { self.samples.base(cell) as u32 } else { cell }
+        if self.pairs.is_some() { self.mapping.elements.base(cell as usize) as u32 } else { cell }
     }
 
     /// Starts to fetch the value at `layer` over the cell with this base.
     #[inline(always)]
     pub fn prefetch(&self, base: u32, layer: u32) {
-        if let Some(plain) = &self.plain {
-            plain.table.table().prefetch(base.wrapping_add(layer.wrapping_mul(plain.layer_stride as u32)));
+        if let Some(pairs) = self.pairs {
+            let stride = self.mapping.elements.layer_stride() as u32;
+            pairs.table().prefetch(base.wrapping_add(layer.wrapping_mul(stride)));
         }
     }
 
-    /// Reads the values around the lanes' gaps; those of lanes whose bits are not set are undefined.
+    /// Reads the values around the lanes' gaps in columns that begin at `bases`; those of lanes whose bits are not set are
+    /// undefined.
     #[inline(always)]
-    pub fn read<V: Machine>(&self, simd: V, lanes: &Lanes<V>, bits: u32) -> Vertices<V> {
-        self.read_from(simd, lanes, lanes.bases, bits)
-    }
-
-    /// [`Self::read`] for columns that begin at `bases`.
-    #[inline(always)]
-    pub fn read_from<V: Machine>(&self, simd: V, lanes: &Lanes<V>, bases: [Numbers<V>; 3], bits: u32) -> Vertices<V> {
-        let Some(plain) = &self.plain else { return self.read_any(simd, lanes, bits) };
+    pub fn read<V: Machine>(&self, simd: V, lanes: &Lanes<V>, bases: [Numbers<V>; 3], bits: u32) -> Vertices<V> {
+        let Some(pairs) = self.pairs else { return self.read_any(simd, lanes, bits) };
         let [a, b, c] = bases;
-        let (gap, table) = (lanes.gap, plain.table);
-        match plain.layer_stride {
+        let gap = lanes.gap;
+        match self.mapping.elements.layer_stride() {
             1 => {
                 let below = gap - 1;
-                let (a, d) = simd.gather_pair(table, a + below);
-                let (b, e) = simd.gather_pair(table, b + below);
-                let (c, f) = simd.gather_pair(table, c + below);
+                let (a, d) = simd.gather_pair(pairs, a + below);
+                let (b, e) = simd.gather_pair(pairs, b + below);
+                let (c, f) = simd.gather_pair(pairs, c + below);
                 Vertices { low: [a, b, c], high: [d, e, f] }
             }
             -1 => {
-                let (d, a) = simd.gather_pair(table, a - gap);
-                let (e, b) = simd.gather_pair(table, b - gap);
-                let (f, c) = simd.gather_pair(table, c - gap);
+                let (d, a) = simd.gather_pair(pairs, a - gap);
+                let (e, b) = simd.gather_pair(pairs, b - gap);
+                let (f, c) = simd.gather_pair(pairs, c - gap);
                 Vertices { low: [a, b, c], high: [d, e, f] }
             }
             stride => {
                 let above = gap * number(simd, stride as u32);
                 let below = above - number(simd, stride as u32);
-                let table = table.table();
+                let table = pairs.table();
                 let low = [a + below, b + below, c + below];
                 let high = [a + above, b + above, c + above];
                 Vertices { low: gather_all(simd, table, low), high: gather_all(simd, table, high) }
@@ -143,9 +138,9 @@ impl<'t> Source<'t> {
         for lane in lanes_of(bits) {
             let gap = lanes.gap[lane] as usize;
             for k in 0..3 {
-                let base = self.samples.base(lanes.cells[k][lane]);
-                vertices.low[k][lane] = self.samples.get::<f32>(base, gap - 1);
-                vertices.high[k][lane] = self.samples.get::<f32>(base, gap);
+                let cell = lanes.cells[k][lane];
+                vertices.low[k][lane] = self.value(cell, gap - 1);
+                vertices.high[k][lane] = self.value(cell, gap);
             }
         }
         vertices
@@ -156,10 +151,10 @@ impl<'t> Source<'t> {
     pub fn normalised<V: Machine>(&self, simd: V, vertices: &Vertices<V>, way: &impl Way<V>) -> Course<V> {
         let course = way.interpolate(vertices);
         let first = self.normal(simd, vertices.low[0]);
-        let Some(plain) = &self.plain else {
+        if self.pairs.is_none() {
             return [first + course[0], first + course[1], course[2]];
-        };
-        let scale = plain.scale as f32;
+        }
+        let scale = self.mapping.scale as f32;
         [first + course[0] * scale, first + course[1] * scale, course[2] * scale]
     }
 
@@ -183,17 +178,18 @@ impl<'t> Source<'t> {
     /// A value at a vertex, normalised.
     #[inline(always)]
     fn normal<V: Machine>(&self, simd: V, value: Floats<V>) -> Floats<V> {
-        let Some(plain) = &self.plain else { return value };
+        if self.pairs.is_none() {
+            return value;
+        }
         // Values of 1e6 + 1 keep their digits: they are subtracted before they are rounded.
-        let [shift, scale] = [plain.shift, plain.scale].map_inline(|x| Wide::splat(simd, x));
+        let [shift, scale] = [self.mapping.shift, self.mapping.scale].map_inline(|x| Wide::splat(simd, x));
         ((wide::<V>(value) - shift) * scale).narrow()
     }
 
     /// Lanes in which a value is missing.
     #[inline(always)]
     pub fn missing<V: Machine>(&self, simd: V, vertices: &Vertices<V>) -> Option<Mask<V>> {
-        let fill = self.plain.as_ref()?.fill?;
-        let fill = all(simd, fill);
+        let fill = all(simd, self.fill?);
         let Vertices { low: [a, b, c], high: [d, e, f] } = vertices;
         let [a, b, c, d, e, f] = [a, b, c, d, e, f].map_inline(|value| value.simd_eq(fill));
         Some((a | b) | (c | d) | (e | f))

@@ -47,7 +47,7 @@ impl<'t> SceneTables<'t> {
             let here = scene.isosurfaces.iter().filter(|surface| surface.source == number);
             let values: Vec<f32> = here.map(|surface| surface.value as f32).collect();
             if !values.is_empty() {
-                isosurfaces.push((Source::new(source.samples()), values));
+                isosurfaces.push((Source::new(&source.field, [0.0, 1.0]), values));
             }
         }
         let (mut layers, mut radii) = (Vec::new(), Vec::new());
@@ -59,7 +59,7 @@ impl<'t> SceneTables<'t> {
         }
         layers.sort_unstable();
         layers.dedup();
-        let clips = match scene.clips.len() {
+        let clips = match scene.clips.regions().len() {
             0 => None,
             count => Some(ClipTables {
                 of_gaps: Table::new(&packets.clips_of_gaps)?,
@@ -175,7 +175,7 @@ impl<'p, V: Machine> SceneLanes<'p, V> {
         for (source, values) in &self.tables.isosurfaces {
             let [a, b, c] = lanes.cells;
             let bases = [source.bases(simd, a, new), source.bases(simd, b, new), source.bases(simd, c, new)];
-            let vertices = source.read_from(simd, lanes, bases, new);
+            let vertices = source.read(simd, lanes, bases, new);
             let [f0, f1, kappa] = source.normalised(simd, &vertices, &way);
             let course = Part { f0, f1, kappa, eps: crossing.eps, length: crossing.length };
             let [low, high] = range(simd, &vertices, &course);

@@ -20,7 +20,7 @@ use icoray_simd::{Floats, Machine, Mask};
 /// The tables of the volumes of a scene.
 pub(super) struct VolumeTables<'t> {
     /// Transfer functions with their fields.
-    maps: Vec<(Source<'t>, SpanTables<'t>)>,
+    maps: Vec<(&'t Source<'t>, SpanTables<'t>)>,
     volumes: Vec<VolumeTable<'t>>,
 }
 
@@ -37,12 +37,11 @@ impl<'t> VolumeTables<'t> {
     pub fn new(volumes: &'t PacketVolumes<'_>, general: &'t RaySettings<'_, '_>, layers: usize) -> Option<Self> {
         let mut maps = Vec::new();
         for map in &volumes.maps {
-            maps.push((Source::new(map.samples), SpanTables::new(&map.spans)?));
+            maps.push((&map.source, SpanTables::new(&map.spans)?));
         }
         let mut tables = Vec::new();
         for ([extinction, color], medium) in volumes.maps_of.iter().copied().zip(&general.scene.media) {
-            let source = &general.scene.sources[medium.extinction.source];
-            let gradients = source.gradients().values();
+            let gradients = general.scene.sources[medium.extinction.source].gradients.values();
             let slopes = match general.shading {
                 Some(_) => Slopes::new(gradients, layers)?,
                 None => Slopes::None,
@@ -110,7 +109,7 @@ impl<'p, V: Machine> VolumeLanes<'p, V> {
         let mut beyond = 0;
         for (map, (source, spans)) in self.maps.iter_mut().zip(&self.tables.maps) {
             let bases = [source.bases(simd, a, new), source.bases(simd, b, new), source.bases(simd, c, new)];
-            let vertices = source.read_from(simd, lanes, bases, new);
+            let vertices = source.read(simd, lanes, bases, new);
             let [f0, f1, kappa] = source.normalised(simd, &vertices, &way);
             let read = Part { f0, f1, kappa, eps: crossing.eps, length: crossing.length };
             let mut is_there = !source.not_finite(simd, &vertices);

@@ -4,7 +4,6 @@ use super::frame::PacketFrame;
 use super::lanes::Mesh;
 use super::light::Slopes;
 use super::medium::SpanTables;
-use super::read::Source;
 use super::scene::SceneTables;
 use super::several::VolumeTables;
 use crate::leap::{HollowCore, Leaps};
@@ -14,7 +13,6 @@ use icoray_simd::Table;
 /// The tables that all packets of a tile read.
 pub(super) struct Tables<'t> {
     pub mesh: Mesh<'t>,
-    pub source: Source<'t>,
     pub spans: SpanTables<'t>,
     pub slopes: Slopes<'t>,
     /// The macrocells; `None` where rays do not leap.
@@ -23,7 +21,7 @@ pub(super) struct Tables<'t> {
     pub hollow: Option<HollowCore<'t>>,
     /// Visible parts beside the volume; `None` if there is only the core.
     pub scene: Option<SceneTables<'t>>,
-    /// Several volumes, which replace that of `source`.
+    /// Several volumes, which replace the first one.
     pub volumes: Option<VolumeTables<'t>>,
     /// The region of the requested fragments, and [`OwnedRegion::words`].
     pub own: Option<(&'t OwnedRegion, Table<'t, u32>)>,
@@ -43,7 +41,6 @@ impl<'t> Tables<'t> {
         Some(Tables {
             slopes,
             mesh: Mesh::new(frame.grid)?,
-            source: Source::new(frame.samples),
             spans: SpanTables::new(frame.spans)?,
             leaps: None,
             hollow: None,

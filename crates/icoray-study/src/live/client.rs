@@ -1,14 +1,12 @@
 //! A client of the page's server.
 
 use icoray::{Error, ErrorKind, Result};
+use icoray_test_support::PageClient;
 use serde_json::Value;
-use std::io::{Read, Write};
-use std::net::TcpStream;
 
-/// A client with the address of a page.
+/// A client of a page.
 pub(super) struct Client {
-    host: String,
-    token: String,
+    page: PageClient,
     /// Number of the last picture.
     last: u64,
 }
@@ -18,10 +16,8 @@ fn unexpected(what: impl std::fmt::Display) -> Error {
 }
 
 impl Client {
-    pub fn new(address: &str) -> Result<Self> {
-        let parts = address.strip_prefix("http://").and_then(|rest| rest.split_once("/#"));
-        let (host, token) = parts.ok_or_else(|| unexpected("no address"))?;
-        Ok(Client { host: host.to_owned(), token: token.to_owned(), last: 0 })
+    pub fn new(address: &str) -> Self {
+        Client { page: PageClient::at(address), last: 0 }
     }
 
     /// Turns the camera and asks for pictures of a size; returns the scene's revision.
@@ -29,7 +25,8 @@ impl Client {
         let changes: Vec<Value> =
             lon.iter().map(|lon| serde_json::json!({ "path": ["camera", "lon"], "value": lon })).collect();
         let body = serde_json::json!({ "changes": changes, "size": size, "is_moving": is_moving }).to_string();
-        let answer: Value = serde_json::from_slice(&self.ask("POST /api/change", &body)?).map_err(unexpected)?;
+        let answer = self.page.ask("POST /api/change", &body).map_err(unexpected)?;
+        let answer: Value = serde_json::from_slice(&answer.body).map_err(unexpected)?;
         answer["revision"].as_u64().ok_or_else(|| unexpected(answer))
     }
 
@@ -37,9 +34,8 @@ impl Client {
     /// and its quality in words.
     pub fn picture_of(&mut self, revision: u64, is_at_rest: bool) -> Result<(f64, String)> {
         loop {
-            let bytes = self.ask(&format!("GET /api/frame?after={}", self.last), "")?;
-            let Some((length, rest)) = bytes.split_first_chunk() else { continue };
-            let facts = rest.get(..u32::from_le_bytes(*length) as usize).ok_or_else(|| unexpected("half a picture"))?;
+            let answer = self.page.ask(&format!("GET /api/frame?after={}", self.last), "").map_err(unexpected)?;
+            let Some((facts, _)) = answer.picture() else { continue };
             let facts: Value = serde_json::from_slice(facts).map_err(unexpected)?;
             if let Some(why) = facts["failure"].as_str() {
                 return Err(unexpected(why));
@@ -51,22 +47,6 @@ impl Client {
                 return Ok((pixel_step(quality), quality.to_owned()));
             }
         }
-    }
-
-    fn ask(&self, request: &str, body: &str) -> Result<Vec<u8>> {
-        let Client { host, token, .. } = self;
-        let mut stream = TcpStream::connect(host).map_err(unexpected)?;
-        let length = body.len();
-        let head = format!(
-            "{request} HTTP/1.1\r\nHost: {host}\r\nAuthorization: Bearer {token}\r\nContent-Length: {length}\r\n\
-             Connection: close\r\n\r\n{body}"
-        );
-        stream.write_all(head.as_bytes()).map_err(unexpected)?;
-        let mut bytes = Vec::new();
-        stream.read_to_end(&mut bytes).map_err(unexpected)?;
-        let split =
-            bytes.windows(4).position(|four| four == b"\r\n\r\n").ok_or_else(|| unexpected("half an answer"))?;
-        Ok(bytes.split_off(split + 4))
     }
 }
 

@@ -270,8 +270,8 @@ fn a_missing_field_is_an_error_at_once() {
     let lost = "the scene shows field \"u\", and there is [\"q\", \"t\"]";
     assert_eq!(refused(two.clone()), (ErrorKind::Scene, lost.into()));
     let all = || Fields::new(["q", "t", "u"].map(|name| (name, field)));
-    let lost = "heights = \"native\", and no heights of cells and layers are given";
-    assert_eq!(refused(all()), (ErrorKind::Field, lost.into()));
+    let lost = "the scene has heights = \"native\", and no heights of columns are given";
+    assert_eq!(refused(all()), (ErrorKind::Scene, lost.into()));
     assert_eq!(background.copies.bytes(), 0, "nothing is copied of what cannot be drawn");
 }
 

@@ -35,8 +35,6 @@ pub(crate) struct DerivedFieldCache {
 #[derive(Debug, Default)]
 pub(crate) struct DerivedFields {
     fields: Vec<DerivedField>,
-    /// The name by which derivations refer to the unnamed field.
-    unnamed: Option<String>,
     /// Bytes of stored fields of first frames.
     remembered: usize,
 }
@@ -79,8 +77,7 @@ impl DerivedField {
 impl DerivedFields {
     /// The derived fields, followed by the given ones.
     pub fn fields<'m>(&'m self, of: &Fields<'m>) -> Fields<'m> {
-        let derived = self.fields.iter().map(|made| (made.name.clone(), made.field()));
-        of.behind(derived.collect(), self.unnamed.as_deref())
+        of.behind(self.fields.iter().map(|made| (made.name.clone(), made.field())))
     }
 
     /// Bytes of the derived fields and of those stored for them.
@@ -135,10 +132,10 @@ pub(crate) fn make(
     if given.scene.scenery.derived.is_empty() {
         return Ok(None);
     }
-    let needed = ranks.attempt(|| NeededDerivations::of(given.scene, given.fields));
+    let needed = ranks.attempt(|| NeededDerivations::of(given.scene));
     // Otherwise the collective calls of zonal means would not match.
     let needed = ranks.agree_all(needed, |needed| vec![("derives", needed.to_string())])?;
-    let mut made = DerivedFields { unnamed: needed.unnamed.clone(), ..DerivedFields::default() };
+    let mut made = DerivedFields::default();
     for one in &needed.derivations {
         let (name, how) = (&one.derivation.name, &one.derivation.how);
         let of = made.fields(given.fields);

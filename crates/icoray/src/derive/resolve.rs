@@ -1,6 +1,5 @@
 //! Finds the derived fields that a scene needs, and the model's fields that these need.
 
-use crate::fields::Fields;
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_scene::{Derivation, How, Scene};
 use std::fmt;
@@ -9,8 +8,6 @@ use std::fmt;
 #[derive(Debug)]
 pub(super) struct NeededDerivations<'s> {
     pub derivations: Vec<NeededDerivation<'s>>,
-    /// The name of the unnamed field, if the scene's first field is derived.
-    pub unnamed: Option<String>,
 }
 
 /// One derivation.
@@ -27,11 +24,11 @@ fn find(all: &[Derivation], name: &str, count: usize) -> Option<usize> {
 }
 
 impl<'s> NeededDerivations<'s> {
-    pub fn of(scene: &'s Scene, fields: &Fields) -> Result<Self> {
+    pub fn of(scene: &'s Scene) -> Result<Self> {
         let all = &scene.scenery.derived;
         let needed = numbers_of_needed(scene).into_iter();
         let derivations = needed.map(|at| NeededDerivation { derivation: &all[at], origin: origin(all, at) }).collect();
-        let needed = NeededDerivations { derivations, unnamed: first_of_model(scene, fields) };
+        let needed = NeededDerivations { derivations };
         match needed.twice() {
             None => Ok(needed),
             Some(name) => {
@@ -84,17 +81,6 @@ fn origin(all: &[Derivation], at: usize) -> String {
         None => format!("{name:?}"),
     };
     all[at].how.fields().into_iter().map(of).collect::<Vec<_>>().join(", ")
-}
-
-/// The model's first field that the scene's first field is derived from, if that is derived: a field passed without a
-/// name stands for it.
-fn first_of_model(scene: &Scene, fields: &Fields) -> Option<String> {
-    let all = &scene.scenery.derived;
-    let (mut name, mut count) = (scene.field(), all.len());
-    while let Some(at) = find(all, name, count) {
-        (name, count) = (all[at].how.fields().first().copied()?, at);
-    }
-    (count < all.len() && fields.get(name).is_err()).then(|| name.to_owned())
 }
 
 impl fmt::Display for NeededDerivations<'_> {

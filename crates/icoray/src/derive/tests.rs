@@ -250,17 +250,16 @@ fn unnamed_fields_are_inputs_of_derived_fields() {
     let field = array.field();
     let unnamed = Fields::from(&field);
     let shown = scene("four", &[twice.clone(), four.clone()]);
-    let made =
-        world.make(&DerivedFieldCache::default(), &shown, &unnamed, |found, _| bits(found.first("four").unwrap()));
+    let made = world.made("four", &shown, &unnamed.needed_by(&shown).unwrap());
     let expected = |factor: f64| -> Vec<u64> {
         places(array.shape.columns, LAYERS).map(|(c, l)| rounded(factor * field.value(c, l), true)).collect()
     };
-    assert_eq!(made.unwrap(), expected(4.0));
+    assert_eq!(made, expected(4.0));
     // The scene's first is the field itself, under any name; others are derived from fields by name.
     let mut beside = scene("anything", &[twice]);
     beside.volumes[0].opacity = Some(Opacity { field: "twice".into(), transfer: beside.volumes[0].transfer.clone() });
-    let error = world.make(&DerivedFieldCache::default(), &beside, &unnamed, |_, _| ()).unwrap_err();
-    let found = "\"twice\": the scene shows field \"q\", and there is only the first";
+    let error = unnamed.needed_by(&beside).unwrap_err();
+    let found = "the scene shows field \"q\", and there is only the first";
     assert!(error.to_string().contains(found), "{error}");
     let named = Fields::new([("anything", field), ("q", field)]);
     assert_eq!(world.made("twice", &beside, &named), expected(2.0));

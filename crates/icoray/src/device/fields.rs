@@ -99,25 +99,26 @@ impl<'w, 'f> FieldTable<'w, 'f> {
     ///
     /// # Errors
     /// A [`FallbackReason`] where there are too many.
-    pub fn fields(&self, size: (usize, usize), is_lit: bool) -> Result<Vec<SceneField>, FallbackReason> {
-        let (scene, count) = (self.scene, self.others.len());
+    pub fn fields(&self, is_lit: bool) -> Result<Vec<SceneField>, FallbackReason> {
+        let KernelScene { grid, levels, sources, isosurfaces, media, .. } = self.scene;
+        let (cells, layers, count) = (grid.cells(), levels.count(), self.others.len());
         if count > MAX_FIELDS {
             let reason = format!("the scene needs {count} fields beside the first, expected at most {MAX_FIELDS}");
             return Err(FallbackReason::new(reason));
         }
         let field = |normal: &Normal| {
-            let source = &scene.sources[normal.source];
+            let source = &sources[normal.source];
             let has_light = is_lit
-                && (scene.isosurfaces.iter().any(|surface| surface.source == normal.source)
-                    || scene.media.iter().any(|medium| medium.extinction.source == normal.source));
-            let gradients = if has_light { gradients(source, size.0 * size.1) } else { Vec::new() };
-            SceneField { values: values(source, size, normal), gradients }
+                && (isosurfaces.iter().any(|surface| surface.source == normal.source)
+                    || media.iter().any(|medium| medium.extinction.source == normal.source));
+            let gradients = if has_light { gradients(source, cells * layers) } else { Vec::new() };
+            SceneField { values: values(source, cells, layers, normal), gradients }
         };
         Ok(self.others.iter().map(field).collect())
     }
 }
 
-fn values(source: &FieldSource, (cells, layers): (usize, usize), normal: &Normal) -> Vec<f32> {
+fn values(source: &FieldSource, cells: usize, layers: usize, normal: &Normal) -> Vec<f32> {
     const MOST: f64 = <f32 as Real>::LARGEST;
     let value = |at: usize| {
         // A cell is a triangle of three equal corners.
@@ -130,7 +131,7 @@ fn values(source: &FieldSource, (cells, layers): (usize, usize), normal: &Normal
 fn gradients(source: &FieldSource, count: usize) -> Vec<[f32; 3]> {
     /// Bound of components: squares of larger ones overflow single precision.
     const MOST: f32 = 1e30;
-    let gradients = source.gradients().values();
+    let gradients = source.gradients.values();
     let bounded = |x: f32| if x.is_nan() { 0.0 } else { x.clamp(-MOST, MOST) };
     (0..count).into_par_iter().map(|at| gradients.at(at).map_inline(bounded)).collect()
 }

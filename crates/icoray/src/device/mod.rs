@@ -14,16 +14,14 @@ mod volumes;
 pub use crate::raster::Rect;
 pub use fields::{FieldId, MAX_FIELDS, SceneField};
 pub use icoray_kernel::Fragment;
-pub use icoray_kernel::general::PaintedPlace;
+pub use icoray_kernel::general::{ClipRegion, PaintedPlace};
 pub use icoray_kernel::shade::Shading;
 pub use icoray_kernel::signature::BoundarySignature;
 pub use isosurfaces::{ColorByField, Isosurface, IsosurfacePaint};
 pub(crate) use job::GradientSource;
 pub use job::{Content, Job};
 pub(crate) use scenery::unsupported;
-pub use scenery::{
-    ClipRegion, MAX_CLIPS, MAX_SURFACES, Material, NativeLayers, Paint, Scenery, SurfaceLayer, SurfacePlace,
-};
+pub use scenery::{MAX_CLIPS, MAX_SURFACES, Material, NativeLayers, Paint, Scenery, SurfaceLayer, SurfacePlace};
 pub use tables::{BudgetTable, Span, Step, Tables, locate};
 pub use volumes::{MAX_VOLUMES, SceneVolume, VolumeMap};
 

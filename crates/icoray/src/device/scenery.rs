@@ -3,10 +3,9 @@
 use super::fields::FieldTable;
 use super::{ColorByField, ENDLESS, FallbackReason, Isosurface, MAX_VOLUMES, SceneField, SceneVolume, Span};
 use icoray_grid::array::MapInline;
-use icoray_grid::grid::unit_vector;
-use icoray_kernel::general::{self, FieldSource, KernelScene, Levels, SurfaceHeight};
+use icoray_kernel::general::{self, ClipRegion, KernelScene, Levels, SurfaceHeight};
 use icoray_kernel::transfer::{KernelKnot, Spans};
-use icoray_scene::{Clip, LonLatBox, Scene};
+use icoray_scene::Scene;
 use rayon::prelude::*;
 
 /// Maximum number of cuts that a device takes.
@@ -47,8 +46,9 @@ pub struct NativeLayers {
 }
 
 impl NativeLayers {
-    fn new(scene: &KernelScene, (cells, layers): (usize, usize)) -> Option<Self> {
+    fn new(scene: &KernelScene) -> Option<Self> {
         let Levels::Native(heights) = &scene.levels else { return None };
+        let (cells, layers) = (scene.grid.cells(), scene.levels.count());
         let all = (0..cells * layers).into_par_iter();
         let inverse = all.map(|at| 1.0 / heights.radius((at / layers) as u32, at % layers)).collect();
         let KernelScene { core_radius, outer, ref normals, .. } = *scene;
@@ -57,15 +57,14 @@ impl NativeLayers {
 }
 
 impl Scenery {
-    /// Collects the scenery with these cuts. `size` is the field's number of cells and of layers, `knots` are those of
-    /// the job's transfer function, and `range` returns the least and the greatest value of each field.
+    /// Collects the scenery. `knots` are those of the job's transfer function, and `range` returns the least and the
+    /// greatest value of each field.
     ///
     /// # Errors
     /// A [`FallbackReason`] if devices do not support it.
     pub(crate) fn new(
         scene: &KernelScene,
-        clips: Vec<ClipRegion>,
-        (size, knots): ((usize, usize), &[KernelKnot]),
+        knots: &[KernelKnot],
         is_lit: bool,
         range: impl Fn(usize) -> Option<[f64; 2]>,
     ) -> Result<Self, FallbackReason> {
@@ -77,11 +76,12 @@ impl Scenery {
         }
         let mut fields = FieldTable::new(scene, Spans::<f32>::new(knots).range());
         let volumes = SceneVolume::all(scene, knots, &mut fields);
-        let surface = |surface| SurfaceLayer::new(surface, (&scene.sources, size.0), &mut fields, &range);
+        let surface = |surface| SurfaceLayer::new(surface, &mut fields, &range);
         let surface_layers = scene.surface_layers.iter().map(surface).collect();
         let surfaces = scene.isosurfaces.iter();
         let isosurfaces = surfaces.map(|surface| Isosurface::new(surface, &mut fields, &range)).collect();
-        let (fields, native) = (fields.fields(size, is_lit)?, NativeLayers::new(scene, size));
+        let (fields, native) = (fields.fields(is_lit)?, NativeLayers::new(scene));
+        let clips = scene.clips.regions().to_vec();
         Ok(Scenery { clips, surface_layers, isosurfaces, volumes, fields, native })
     }
 }
@@ -133,54 +133,22 @@ pub enum Paint {
     Between(ColorByField),
 }
 
-/// A cut: the region where all of its conditions hold.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ClipRegion {
-    /// Whether the inside is cut away; else the outside.
-    pub cuts_inside: bool,
-    /// A box in longitude and latitude.
-    pub region: Option<LonLatBox>,
-    /// From layer to layer, counted from the innermost; both included.
-    pub layers: Option<[usize; 2]>,
-    /// From radius to radius, planet radii.
-    pub shell: Option<[f64; 2]>,
-    /// Beyond a plane: its unit normal and its distance from the centre, planet radii.
-    pub half_space: Option<([f64; 3], f64)>,
-}
-
-impl ClipRegion {
-    /// A cut of a scene. `radius_of` converts heights in metres to radii in planet radii, exaggeration included.
-    pub(crate) fn new(clip: &Clip, radius_of: impl Fn(f64) -> f64) -> Self {
-        ClipRegion {
-            cuts_inside: clip.cuts_inside,
-            region: clip.region,
-            layers: clip.layers,
-            shell: clip.height_m.map(|ends| ends.map_inline(&radius_of)),
-            half_space: clip.half_space.map(|half| {
-                let [lon, lat] = half.towards_deg.map_inline(f64::to_radians);
-                (unit_vector(lon, lat).to_array(), half.distance)
-            }),
-        }
-    }
-}
-
 impl SurfaceLayer {
-    /// A layer of the kernel's scene, on a grid of `cells` cells; `range` returns the least and the greatest value of
-    /// each field.
+    /// A layer of the kernel's scene; `range` returns the least and the greatest value of each field.
     fn new(
         surface: &general::SurfaceLayer,
-        (sources, cells): (&[FieldSource], usize),
         fields: &mut FieldTable,
         range: &impl Fn(usize) -> Option<[f64; 2]>,
     ) -> Self {
         let mut paint = |material: &general::Material| match (material, surface.place) {
             (general::Material::Plain(color), _) => Paint::Plain(color.map_inline(|c| c as f32)),
             (general::Material::By { map, by_cell }, SurfaceHeight::Layer(layer)) => {
+                let KernelScene { grid, sources, .. } = fields.scene;
                 let source = &sources[map.source];
                 // A cell is a triangle of three equal corners.
                 let value = |cell: u32| map.normal(source.at([cell; 3], layer)[0]);
                 let value = |cell| if value(cell).is_finite() { value(cell) as f32 } else { ENDLESS };
-                let values = (0..cells as u32).into_par_iter().map(value).collect();
+                let values = (0..grid.cells() as u32).into_par_iter().map(value).collect();
                 Paint::Field { spans: Spans::new(map.knots()).all().to_vec(), values, by_cell: *by_cell }
             }
             (general::Material::By { map, .. }, SurfaceHeight::Radius(_)) => {

@@ -64,4 +64,15 @@ impl Ranks {
     pub(crate) fn share_values<T: Serialize + DeserializeOwned>(&mut self, mine: &T) -> Result<Vec<T>> {
         self.share(&encode(mine))?.iter().map(|bytes| decode(bytes)).collect()
     }
+
+    /// As [`Self::share_values`], of the values that `work` returns. If it fails or panics on any rank, that is the error
+    /// of all ranks. Collective.
+    pub(crate) fn share_work<T: Serialize + DeserializeOwned>(
+        &mut self,
+        work: impl FnOnce() -> Result<T>,
+    ) -> Result<Vec<T>> {
+        let mine = self.attempt(work);
+        let mine = self.collective(mine)?;
+        self.share_values(&mine)
+    }
 }

@@ -36,7 +36,7 @@ impl Renderer {
         let derivation_inputs = scene.derivation_inputs().collect();
         let inputs = GatherInputs { threads: &self.threads, grid, layers, derivation_inputs };
         let gathered = columns.gather(ranks, &inputs, || fields.needed_by(scene))?;
-        let mut rendered = self.render_gathered(start, ranks, scene, (grid, layers), &gathered);
+        let mut rendered = self.render_gathered(start, ranks, scene, grid, layers, &gathered);
         if let Ok(rendered) = &mut rendered {
             let report = rendered.report_mut();
             (report.bytes_copied, report.timing.copy_s) = (gathered.bytes_copied, gathered.copy_s);
@@ -52,7 +52,8 @@ impl Renderer {
         start: Instant,
         ranks: &mut Ranks,
         scene: &Scene,
-        (grid, layers): (&Grid, &Layers),
+        grid: &Grid,
+        layers: &Layers,
         gathered: &NodeFields,
     ) -> Result<Rendered> {
         let needed = gathered.fields().and_then(|fields| fields.needed_by(scene));

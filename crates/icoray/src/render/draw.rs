@@ -8,7 +8,7 @@ use super::prepared_field::PreparedField;
 use super::rendered::Rendered;
 use super::work::{Painter, Work, budget};
 use super::{frame_cache, picture};
-use crate::device::{ClipRegion, Scenery};
+use crate::device::Scenery;
 use crate::edges::Edges;
 use crate::ranks::Ranks;
 use icoray_grid::Result;
@@ -56,7 +56,7 @@ impl<'p, 'f> Work<'p, 'f> {
     fn settings(&self, quality: &Quality) -> RaySettings<'p, 'f> {
         let FrameContext { renderer, scene, plan, .. } = *self.context;
         let built = &self.built.get().scene;
-        let is_packed = built.sources.iter().any(|source| source.gradients().values().words().is_some());
+        let is_packed = built.sources.iter().any(|source| source.gradients.values().words().is_some());
         let shading = plan.shading.filter(|_| quality.lights != Lights::Off);
         RaySettings {
             scene: built,
@@ -70,7 +70,7 @@ impl<'p, 'f> Work<'p, 'f> {
 
 /// Draws the picture of a scene. Collective.
 pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered> {
-    let FrameContext { renderer, scene, plan, grid, .. } = *context;
+    let FrameContext { renderer, scene, plan, .. } = *context;
     let field = &context.fields[0].field();
     let summary = FieldSummary::of(context, ranks)?;
     let terrain = Terrain::new(context, ranks)?;
@@ -82,12 +82,9 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     let mut on_device = OnDevice::new(context, field, &built, summary.quality, ground.is_some());
     if context.has_scenery() {
         on_device = on_device.with_scenery(|| {
-            let clips =
-                scene.scenery.clips.iter().map(|clip| ClipRegion::new(clip, |height| context.radius_of(height)));
             let knots = KernelKnot::of(&scene.volumes[0].transfer, plan.thickness());
-            let tables = ((grid.cells(), plan.radius.len()), knots.as_slice());
             let range = |source| context.range(source).0;
-            renderer.run(|| Scenery::new(&built.get().scene, clips.collect(), tables, summary.is_lit(), range))
+            renderer.run(|| Scenery::new(&built.get().scene, &knots, summary.is_lit(), range))
         });
     }
     let radius = [terrain.core_radius[0], terrain.outer];

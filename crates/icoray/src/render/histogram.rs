@@ -22,7 +22,8 @@ impl Renderer {
     ///
     /// # Errors
     /// Equal on all ranks: [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) if a field does not have the columns of
-    /// its rank; [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
+    /// its rank; [`ErrorKind::Internal`](icoray_grid::ErrorKind::Internal) if one of several ranks panicked;
+    /// [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
     pub fn histogram(
         &self,
         ranks: &mut Ranks,
@@ -34,9 +35,11 @@ impl Renderer {
         let own = ranks.collective(own)?;
         let is_own = own.as_ref().map(|own| |column: usize| own[column]);
         let counts = is_own.as_ref().map(|is_own| is_own as _);
-        let (range, missing) = self.run(|| field.range_over(counts));
-        let [low, high] = range.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
-        let all = ranks.share_values(&(low, high, missing))?;
+        let all = ranks.share_work(|| {
+            let (range, missing) = self.run(|| field.range_over(counts));
+            let [low, high] = range.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
+            Ok((low, high, missing))
+        })?;
         // Rank 0's own if it has the whole field, else those of the own columns of all ranks.
         let ranks_that_count = if decomposition.is_some() { all.len() } else { 1 };
         let (low, high, missing) = all.into_iter().take(ranks_that_count).fold(
@@ -48,8 +51,7 @@ impl Renderer {
         if low > high {
             return Ok(Histogram { range: None, counts: vec![0; bins], missing });
         }
-        let mine = self.run(|| field.histogram_over([low, high], bins, counts));
-        let all = ranks.share_values(&mine)?;
+        let all = ranks.share_work(|| Ok(self.run(|| field.histogram_over([low, high], bins, counts))))?;
         let mut counts = vec![0; bins];
         for its in all.into_iter().take(ranks_that_count) {
             counts.iter_mut().zip(its).for_each(|(count, its)| *count += its);
@@ -63,7 +65,7 @@ mod tests {
     use super::*;
     use crate::ranks::tests::on_ranks;
     use crate::ranks::{Owned, PartCells};
-    use icoray_grid::{Grid, IcosahedralMesh, Location};
+    use icoray_grid::{Error, ErrorKind, Grid, IcosahedralMesh, Location};
 
     #[test]
     fn each_value_counts_once_on_any_number_of_ranks() {
@@ -94,6 +96,25 @@ mod tests {
         };
         for is_decomposed in [false, true] {
             assert!(over(is_decomposed).iter().all(|found| *found == alone), "{is_decomposed}");
+        }
+    }
+
+    /// Without any bin, values cannot be counted.
+    #[test]
+    fn a_panic_of_one_rank_is_the_error_of_all() {
+        let field = Field::level_fastest(&[1.0f32, 2.0][..], 2, Location::Center).unwrap();
+        let renderer = Renderer::new(1).unwrap();
+        let found = on_ranks(2, |ranks| {
+            let found = Error::of_panics(|| renderer.histogram(ranks, &field, None, 16 * (1 - ranks.rank())));
+            // A rank that has an error alone would leave the other one waiting: the test is to fail, not to wait.
+            if found.as_ref().is_err_and(|error| !error.context().starts_with("rank ")) {
+                ranks.share_values(&Vec::<u64>::new()).unwrap();
+            }
+            found
+        });
+        for error in found.into_iter().map(Result::unwrap_err) {
+            assert_eq!(error.kind(), ErrorKind::Internal);
+            assert!(error.context().starts_with("rank 1: "), "{error}");
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::plan::Plan;
 use crate::ranks::{HAS_WHOLE, Ranks};
 use crate::render_inputs::RenderInputs;
 use icoray_grid::heights::check_corners;
-use icoray_grid::{CenterField, Error, ErrorKind, Field, Grid, Location, Reals, Result};
+use icoray_grid::{CenterField, Field, Grid, Location, Reals, Result};
 use icoray_scene::Heights;
 
 /// Maximum number of values of a field that ranks compare in a frame.
@@ -33,13 +33,10 @@ impl PreparedField<'_> {
         self.average.is_some()
     }
 
-    fn center(&self) -> Field<'_> {
-        self.average.as_ref().map_or(self.given, CenterField::field)
-    }
-
     /// The field at the centres, on the layers of the first.
     pub fn field(&self) -> Field<'_> {
-        self.moved.as_ref().map_or_else(|| self.center(), |(_, moved)| moved.field())
+        let moved = self.moved.as_ref().map(|(_, moved)| moved);
+        moved.or(self.average.as_ref()).map_or(self.given, CenterField::field)
     }
 
     /// Identifies the values of [`Self::field`] between frames.
@@ -83,7 +80,7 @@ impl Renderer {
         for name in scene.shown_fields() {
             let is_first = prepared.is_empty();
             let found = ranks.attempt(|| {
-                let given = if is_first { *fields.first(name)? } else { *fields.get(name)? };
+                let given = *fields.get(name)?;
                 Plan::check(name, grid, layers, &given)?;
                 let average = self.average(grid, &given)?;
                 Ok(PreparedField { name: name.to_owned(), given, average, moved: None })
@@ -103,8 +100,9 @@ impl Renderer {
                 let moved = ranks.attempt(|| {
                     let [own, wanted] = [layers.for_field(count)?, layers.for_field(wanted)?];
                     let [own, wanted] = [&own, &wanted].map(|layers| layers.radius_m().to_vec());
-                    let key = MovedKey { source: SourceKey::new(grid, &field.center()), own, wanted };
-                    let make = |memory| CenterField::moved_in(&field.center(), &key.own, &key.wanted, memory);
+                    let center = field.field();
+                    let key = MovedKey { source: SourceKey::new(grid, &center), own, wanted };
+                    let make = |memory| CenterField::moved_in(&center, &key.own, &key.wanted, memory);
                     let moved = self.run(|| self.frame_cache.moved.take(&key).unwrap_or_else(make));
                     Ok((key, moved))
                 });
@@ -127,8 +125,7 @@ impl Renderer {
             return Ok(None);
         }
         let found = ranks.attempt(|| {
-            let none = "the scene has heights = \"native\", and no heights of columns are given";
-            let given = *fields.heights().ok_or_else(|| Error::new(ErrorKind::Scene, none))?;
+            let given = *fields.heights().expect("a scene's needed fields include its heights");
             if given.location() == Location::Corner {
                 let owns = |cell: usize| part.is_none_or(|part| part.owns(cell));
                 self.run(|| check_corners(grid, &given, layers, owns))?;

@@ -115,8 +115,7 @@ impl Renderer {
         let derivation_inputs = scene.derivation_inputs().collect();
         let inputs = GatherInputs { threads: &self.threads, grid, layers, derivation_inputs };
         let gathered = columns.gather(ranks, &inputs, || fields.needed_by(scene))?;
-        let needed = gathered.fields().and_then(|fields| fields.needed_by(scene));
-        let found = ranks.collective(needed).and_then(|fields| {
+        let found = ranks.collective(gathered.fields()).and_then(|fields| {
             let (grid, part) = (gathered.grid(grid), gathered.part());
             self.probe_inputs(ranks, &RenderInputs { scene, grid, part, layers, fields: &fields }, at)
         });
@@ -143,11 +142,14 @@ impl Renderer {
             let Some((mut probe, shown)) = (ProbedRay { context, eye, dir, parts: &parts }).probe() else {
                 return Ok(None);
             };
-            let field = context.number_of(&probe.field).unwrap_or(0);
-            let own = shown.cells.filter(|_| shown.rank == ranks.rank());
-            let place = eye + middle(shown) * dir;
-            let mine = own.map_or_else(Vec::new, |cells| probed.column(nearest(context.grid, cells, place), field));
-            let column = ranks.share_values(&mine)?.swap_remove(shown.rank);
+            let rank = ranks.rank();
+            let mut columns = ranks.share_work(|| {
+                let field = context.number_of(&probe.field).unwrap_or(0);
+                let own = shown.cells.filter(|_| shown.rank == rank);
+                let column = |cells| probed.column(nearest(context.grid, cells, eye + middle(shown) * dir), field);
+                Ok(own.map_or_else(Vec::new, column))
+            })?;
+            let column = columns.swap_remove(shown.rank);
             probe.column = column.into_iter().map(|[radius, value]| [context.height_m(radius), value]).collect();
             Ok(ranks.is_root().then_some(probe))
         })

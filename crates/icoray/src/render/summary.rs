@@ -20,13 +20,12 @@ impl Renderer {
         decomposition: Option<&Decomposition>,
         asked: &[Statistic],
     ) -> Result<Summary> {
-        let mine = ranks.attempt(|| {
+        let summaries = ranks.share_work(|| {
             let own = decomposition.map(|decomposition| decomposition.own_columns(field)).transpose()?;
             let is_own = own.as_ref().map(|own| |column: usize| own[column]);
-            Ok(self.run(|| Summary::of(field, is_own.as_ref().map(|is_own| is_own as _), asked)))
-        });
-        let mine = ranks.collective(mine)?;
-        let summaries = ranks.share_values(&(decomposition.is_some(), mine))?;
+            let mine = self.run(|| Summary::of(field, is_own.as_ref().map(|is_own| is_own as _), asked));
+            Ok((decomposition.is_some(), mine))
+        })?;
         // Rank 0's own if it has the whole field, else those of the own columns of all ranks.
         let count = if summaries[0].0 { summaries.len() } else { 1 };
         let counted = summaries.into_iter().take(count);

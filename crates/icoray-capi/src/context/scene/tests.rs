@@ -1,9 +1,9 @@
 //! Scenes that name fields alone: they have the look of the first values that they show, on any number of ranks.
 
+use super::super::PartInput;
 use super::super::test_array::centers;
-use super::super::{ArrayInput, PartInput};
 use super::*;
-use crate::borrow::Versioned;
+use crate::borrow::{ArrayInput, Versioned};
 use crate::boundary::tests::config;
 use crate::types::{icoray_array, icoray_config};
 use icoray_core::ranks::on_local_nodes;

@@ -4,7 +4,7 @@ use super::model::records;
 use super::{NAMED_BY_DATE, Watcher, folder};
 use crate::made::Made;
 use crate::run::scene;
-use crate::viewer::Viewer;
+use crate::viewer::{Json, Viewer};
 use netcdf::Options;
 use std::fs;
 use std::path::Path;

@@ -84,7 +84,13 @@ impl<'g> Model<'g> {
         KernelScene {
             grid: self.grid,
             levels: Levels::concentric(&RADII),
-            sources: vec![FieldSource::new(&self.field(), false, light.into(), cuts, self.field().range().0)],
+            sources: vec![FieldSource {
+                field: self.field(),
+                gradients: light.into(),
+                cuts,
+                value_range: self.field().range().0,
+                largest: f64::MAX,
+            }],
             media: vec![Medium::new(map(), map())],
             isosurfaces: Vec::new(),
             surface_layers: Vec::new(),
@@ -106,7 +112,8 @@ fn traced(
     own: &OwnedRegion,
     is_lit: bool,
     level: Option<Level>,
-    (rays, all): (&[PrimaryRay], usize),
+    rays: &[PrimaryRay],
+    all: usize,
 ) -> (Vec<Vec<Fragment>>, Counts) {
     let (mut found, mut counts) = (vec![Vec::new(); all], Counts::default());
     let packets = PacketScene::new(scene, &RADII, false).unwrap();
@@ -181,7 +188,7 @@ fn fragments_of_packets_are_those_of_single_rays() {
             {
                 let case = format!("{name}, eye {eye}, lit {is_lit}, core {core:?}");
                 let scene = &model.scene(is_lit, core);
-                let trace = |level, some| traced(scene, &model.own, is_lit, level, (some, rays.len()));
+                let trace = |level, some| traced(scene, &model.own, is_lit, level, some, rays.len());
                 let (single, single_counts) = trace(None, &rays);
                 let (found, counts) = trace(Some(level), &rays);
                 let columns = [counts.columns, single_counts.columns];

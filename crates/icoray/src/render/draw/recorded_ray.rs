@@ -92,7 +92,7 @@ impl<'p, 'f> ProbedScene<'p, 'f> {
     pub fn record(&self, ranks: &mut Ranks, eye: DVec3, dir: DVec3) -> Result<Vec<RayPart>> {
         let FrameContext { renderer, scene, part, .. } = *self.context;
         let (rank, along) = (ranks.rank(), eye.dot(dir));
-        let recorded = ranks.attempt(|| {
+        let recorded = ranks.share_work(|| {
             let rays = RaySettings {
                 scene: &self.scene,
                 shading: None,
@@ -101,16 +101,15 @@ impl<'p, 'f> ProbedScene<'p, 'f> {
                 is_coarse: false,
             };
             // The ranks of a node have the same part of the grid, and all ranks without a part have the whole grid.
-            let number = part.map_or(rank, Part::place);
-            Ok(match number {
-                1.. => (Vec::new(), Vec::new()),
+            let (passed, fragments) = match part.map_or(rank, Part::place) {
                 0 => passages(&rays, part.map(Part::region), eye, dir),
-            })
+                1.. => (Vec::new(), Vec::new()),
+            };
+            let parts: Vec<RayPart> = passed.into_iter().map(|passage| self.ray_part(passage, rank, along)).collect();
+            let runs: Vec<[f64; 2]> = fragments.iter().map(|fragment| fragment.t).collect();
+            Ok((parts, runs))
         });
-        let (passed, fragments) = ranks.collective(recorded)?;
-        let parts: Vec<RayPart> = passed.into_iter().map(|passage| self.ray_part(passage, rank, along)).collect();
-        let runs: Vec<[f64; 2]> = fragments.iter().map(|fragment| fragment.t).collect();
-        let (parts, runs): (Vec<_>, Vec<_>) = ranks.share_values(&(parts, runs))?.into_iter().unzip();
+        let (parts, runs): (Vec<_>, Vec<_>) = recorded?.into_iter().unzip();
         let mut parts = parts.concat();
         parts.sort_by(|a, b| a.t[0].total_cmp(&b.t[0]));
         if part.is_some()

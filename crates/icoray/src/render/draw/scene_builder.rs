@@ -11,6 +11,7 @@ use crate::render::prepare::FieldSummary;
 use fearless_simd::Level as VectorLevel;
 use icoray_grid::gradient::{self, GradientOptions, Gradients, PartialGradients, PreparedSample};
 use icoray_grid::occupancy::OccupancyMask;
+use icoray_grid::real::Real;
 use icoray_grid::samples::{Samples, SearchedSample};
 use icoray_grid::{Reals, Result};
 use icoray_kernel::PacketScene;
@@ -36,7 +37,7 @@ impl BuiltScene<'_> {
     /// Bytes of gradients and visible blocks.
     pub fn bytes(&self) -> usize {
         let KernelScene { sources, visible, .. } = &self.scene;
-        let gradients: usize = sources.iter().map(|source| source.gradients().bytes()).sum();
+        let gradients: usize = sources.iter().map(|source| source.gradients.bytes()).sum();
         gradients + visible.iter().map(OccupancyMask::bytes).sum::<usize>()
     }
 
@@ -45,7 +46,7 @@ impl BuiltScene<'_> {
         let KernelScene { levels, sources, normals, .. } = &mut self.scene;
         let layers = levels.count();
         for (source, _) in sources.iter_mut().zip(&self.gradient_keys).filter(|(_, key)| key.is_some()) {
-            let all = source.gradients_mut().values_mut().whole_mut();
+            let all = source.gradients.values_mut().whole_mut();
             part.fill_halo(ranks, all, |all, cell| &mut all[cell as usize * layers..][..layers])?;
         }
         for (_, normals) in normals {
@@ -66,7 +67,7 @@ impl BuiltScene<'_> {
         }
         for (key, source) in self.gradient_keys.into_iter().zip(sources) {
             if let Some(key) = key {
-                cache.gradients.store(key, source.into_gradients());
+                cache.gradients.store(key, source.gradients);
             }
         }
     }
@@ -75,7 +76,7 @@ impl BuiltScene<'_> {
 /// The gradients of the first field.
 impl GradientSource for Lazy<'_, BuiltScene<'_>> {
     fn gradients(&self) -> &Gradients {
-        self.get().scene.sources[0].gradients().values()
+        self.get().scene.sources[0].gradients.values()
     }
 }
 
@@ -106,7 +107,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         let (media, isosurfaces) = (self.media(), self.isosurfaces());
         let surface_layers = self.surface_layers();
         let (occupancy_keys, visible) = self.visible(&media, &isosurfaces);
-        let (sources, gradient_keys) = self.sources(&media, &isosurfaces, (&occupancy_keys, &visible))?;
+        let (sources, gradient_keys) = self.sources(&media, &isosurfaces, &occupancy_keys, &visible)?;
         let normals = self.terrain.normals(self.context, &surface_layers, self.summary.is_lit());
         let (normal_keys, normals): (Vec<NormalKey>, Vec<_>) = normals.into_iter().unzip();
         let normals = normal_keys.iter().map(|key| key.layer[0]).zip(normals).collect();
@@ -315,7 +316,8 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         &mut self,
         media: &[Medium],
         isosurfaces: &[Isosurface],
-        (keys, visible): (&[OccupancyKey], &[OccupancyMask]),
+        keys: &[OccupancyKey],
+        visible: &[OccupancyMask],
     ) -> Result<(Vec<FieldSource<'f>>, Vec<Option<GradientKey>>)> {
         let FrameContext { scene, plan, grid, .. } = *self.context;
         let joined;
@@ -326,9 +328,11 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
                 &joined
             }
         };
+        // The values of a single volume without surfaces may be as large as any.
+        let largest = if scene.has_volume_alone() { f64::MAX } else { f64::LARGEST };
         let (mut sources, mut gradient_keys) = (Vec::new(), Vec::new());
         for (number, prepared) in self.context.fields.iter().enumerate() {
-            let field = &prepared.field();
+            let field = prepared.field();
             let mut cuts = std::mem::take(&mut self.cuts[number]);
             cuts.sort_by(f64::total_cmp);
             cuts.dedup();
@@ -340,8 +344,8 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
                 (Some(key), Reals::F32(data)) => self.gradients(data, number, key, visible)?,
                 (Some(key), Reals::F64(data)) => self.gradients(data, number, key, visible)?,
             };
-            let source = FieldSource::new(field, plan.falling, gradients, cuts, self.range(number));
-            sources.push(if scene.has_volume_alone() { source.of_any_size() } else { source });
+            let field = if plan.falling { field.upside_down() } else { field };
+            sources.push(FieldSource { field, gradients, cuts, value_range: self.range(number), largest });
             gradient_keys.push(key);
         }
         Ok((sources, gradient_keys))

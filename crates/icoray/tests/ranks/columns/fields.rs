@@ -87,7 +87,7 @@ fn every_field_and_heights_are_agreed_on() {
             ErrorKind::Scene,
             "the scene shows field \"t\", and there is [\"q\", \"u\"]",
         ),
-        (|good, _| Fields::new([("q", good), ("t", good)]), ErrorKind::Field, "heights = \"native\", and no heights"),
+        (|good, _| Fields::new([("q", good), ("t", good)]), ErrorKind::Scene, "the scene has heights = \"native\""),
         (
             |good, odd| Fields::new([("q", odd), ("t", good)]).with_heights(good),
             ErrorKind::Mpi,
