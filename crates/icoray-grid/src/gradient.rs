@@ -15,8 +15,9 @@ use crate::grid::Grid;
 use crate::occupancy::OccupancyMask;
 use crate::sample::Sample;
 use crate::samples::{Samples, SearchedSample};
+use crate::vectors::packets;
 use crate::visible_cells::VisibleCells;
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Simd, dispatch};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -131,13 +132,12 @@ impl<'a, S: Sample> GradientInput<'a, S> {
     }
 
     fn fill<F: GradientFormat>(&self, gradients: &mut [F], missing: Option<MissingCells>) {
-        let level = Level::new();
         let blocks = gradients.par_chunks_mut(self.radius.len() * BLOCK).enumerate();
         let scratch = || (Scratch::default(), ExactColumns::new(self));
         match missing {
             None => blocks.for_each_init(scratch, |scratch, (block, rows)| {
                 let wanted = self.wanted_layers(block, |_| true);
-                self.fill_block(level, scratch, block, &wanted, rows);
+                self.fill_block(scratch, block, &wanted, rows);
             }),
             Some(MissingCells { seen, is_computed }) => {
                 let blocks = blocks.zip(is_computed.par_chunks_mut(BLOCK));
@@ -149,7 +149,7 @@ impl<'a, S: Sample> GradientInput<'a, S> {
                         *is_computed |= is_missing;
                         is_missing
                     });
-                    self.fill_block(level, scratch, block, &wanted, rows);
+                    self.fill_block(scratch, block, &wanted, rows);
                 });
             }
         }
@@ -176,14 +176,13 @@ impl<'a, S: Sample> GradientInput<'a, S> {
 
     fn fill_block<F: GradientFormat>(
         &self,
-        level: Level,
         (scratch, exact): &mut (Scratch<S>, ExactColumns<S>),
         block: usize,
         wanted: &WantedLayers,
         rows: &mut [F],
     ) {
         let first = self.first_of(block);
-        if let Some(stencil) = &self.stencil {
+        if let (Some(stencil), Some(level)) = (&self.stencil, packets()) {
             dispatch!(level, simd => self.fill_by_stencil(simd, stencil, scratch, exact, first, wanted, rows));
             return;
         }

@@ -27,6 +27,7 @@ pub mod sample;
 pub mod samples;
 pub mod shape;
 pub mod threads;
+pub mod vectors;
 pub mod visible_cells;
 
 pub use description::Description;

@@ -44,7 +44,7 @@ pub mod walk;
 pub use budget::{Budget, FAINTEST};
 pub use counts::Counts;
 pub use fragment::Fragment;
-pub use packet::{PacketScene, beyond_gathers, packets};
+pub use packet::{PacketScene, beyond_gathers};
 pub use scene_tracer::{SceneTracer, passages};
 pub use trace::{FragmentReport, PrimaryRay, Report, Tracer};
 pub use traverse::{Frustum, Stretch, Traversal};

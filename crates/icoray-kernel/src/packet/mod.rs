@@ -64,20 +64,6 @@ mod start;
 mod tables;
 mod turn;
 
-/// The machine's vector instructions, if packets of rays are compiled for them: AVX2 (processors since 2013), AVX-512,
-/// NEON. On other processors rays are traced one at a time.
-#[inline]
-pub fn packets() -> Option<Level> {
-    let level = Level::new();
-    match level {
-        #[cfg(target_arch = "x86_64")]
-        Level::Avx512(_) | Level::Avx2(_) => Some(level),
-        #[cfg(target_arch = "aarch64")]
-        Level::Neon(_) => Some(level),
-        _ => None,
-    }
-}
-
 /// Traces rays in packets, with light if `N` is 4 and without if it is 1; returns `None`, without tracing any, if the
 /// tables are too long for gathers.
 #[inline(never)]

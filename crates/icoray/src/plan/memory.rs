@@ -1,9 +1,9 @@
 //! The memory that a frame takes, computed before it is allocated.
 
 use super::{Plan, Savings};
+use icoray_grid::vectors::packets;
 use icoray_grid::{Grid, Result, memory};
 use icoray_kernel::empty_space_skipping::{clear_knots, clear_ranges};
-use icoray_kernel::packets;
 use icoray_kernel::transfer::{KernelKnot, Spans};
 use icoray_scene::{Heights, Scene, Volume};
 use rayon::prelude::*;

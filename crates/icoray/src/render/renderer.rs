@@ -9,7 +9,7 @@ use crate::plan::Savings;
 use crate::ranges::Ranges;
 use fearless_simd::Level;
 use icoray_grid::threads::Threads;
-use icoray_kernel::packets;
+use icoray_grid::vectors::packets;
 use icoray_scene::{Backend, Precision, Scene};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

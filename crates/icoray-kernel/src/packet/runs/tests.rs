@@ -6,7 +6,7 @@ use crate::fragment::Fragment;
 use crate::general::{Clips, FieldSource, KernelScene, Levels, Medium, RaySettings, TransferMap};
 use crate::ground::Core;
 use crate::owned_region::OwnedRegion;
-use crate::packet::{PacketScene, packets};
+use crate::packet::PacketScene;
 use crate::scene_tracer::SceneTracer;
 use crate::shade::Shading;
 use crate::trace::{PrimaryRay, Tracer};
@@ -163,7 +163,7 @@ fn assert_alike(single: &[Fragment], packet: &[Fragment], case: &str) -> bool {
 
 #[test]
 fn fragments_of_packets_are_those_of_single_rays() {
-    let Some(level) = packets() else { return };
+    let Some(level) = icoray_grid::vectors::packets() else { return };
     let mesh = IcosahedralMesh::new(4).unwrap();
     let whole = Grid::new(mesh.tables()).unwrap();
     let holes = holes(&mesh);
