@@ -7,7 +7,7 @@ use std::path::Path;
 /// Runs a study with its results in `directory`; returns what it printed.
 fn run(words: &[&str], directory: &Path) -> String {
     // Some have fields that need no file.
-    let data: &[&str] = if ["ranks", "speed"].contains(&words[0]) { &[] } else { &["--data", "/nowhere"] };
+    let data: &[&str] = if ["corners", "ranks", "speed"].contains(&words[0]) { &[] } else { &["--data", "/nowhere"] };
     let out = ["--out", directory.to_str().unwrap()];
     study(words.iter().chain(&out).chain(data).copied()).unwrap()
 }
@@ -104,6 +104,34 @@ fn ranks_share_out_by_tiles_and_by_parts() {
         of.map(|row| row["fragments_per_pixel"].parse::<f64>().unwrap()).sum::<f64>()
     };
     assert!(fragments("random") > 2.0 * fragments("patches"), "random cells cut rays into more pieces");
+}
+
+#[test]
+fn corners_are_measured_beside_their_bases_and_drawn() {
+    let directory = tempfile::tempdir().unwrap();
+    let at = |name: &str| directory.path().join(name);
+    std::fs::write(at("README.md"), "<!-- icoray-study corners -->\nold\n<!-- end -->\n").unwrap();
+    let readme = at("README.md");
+    let words = ["corners", "--size", "2x4", "--pixels", "24", "--frames", "1", "--readme", readme.to_str().unwrap()];
+    run(&words, directory.path());
+    let rows = rows(&at("corners.csv"));
+    assert_eq!(rows.len(), 13);
+    let readme = std::fs::read_to_string(&readme).unwrap();
+    for row in &rows {
+        assert_eq!((row["size"].as_str(), row["base_size"].as_str()), ("2x4", "2x4"));
+        assert!(
+            readme.contains(&format!("| {} | 2x4 | {} | {} |", row["scene"], row["seconds"], row["base"])),
+            "{row:?}"
+        );
+    }
+    let drawn = |name: &str| image::open(at(name)).unwrap().to_rgb8();
+    // The same function in more knots, within the errors of both; scenes that differ.
+    let [fine, base] = ["1,001_knots_on_15_lines.png", "1,001_knots_on_15_lines_base.png"].map(drawn);
+    assert!(fine.iter().zip(base.iter()).all(|(a, b)| a.abs_diff(*b) <= 1));
+    for name in ["layer", "isosurfaces", "256_knots", "two_volumes"] {
+        assert_ne!(drawn(&format!("{name}.png")), drawn(&format!("{name}_base.png")), "{name}");
+    }
+    assert_eq!(drawn("four_times_the_pixels.png").dimensions(), (48, 48));
 }
 
 #[test]
