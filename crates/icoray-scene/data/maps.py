@@ -1,7 +1,7 @@
 """Writes maps.txt: pip install matplotlib cmocean cmcrameri; python maps.py > maps.txt
 
-For each map the fewest of its 256 entries, in 8 bits, between which straight lines in linear light stay within 2/255 of
-all of them, in linear light and in sRGB.
+For each map a few of its 256 entries, in 8 bits, between which straight lines in linear light stay within 2/255 of all
+others, in linear light and in sRGB: from the start on, each line is as long as it can be.
 """
 
 from importlib.metadata import version

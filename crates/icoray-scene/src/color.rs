@@ -92,7 +92,8 @@ impl ColorMap {
     }
 }
 
-/// The fewest of a gradient's [`STEPS`] between which lines in linear light are [`NEAR`] all others.
+/// Few of a gradient's [`STEPS`], between which lines in linear light are [`NEAR`] all others: from the start on, each
+/// line is as long as it can be.
 fn stops(gradient: &dyn Gradient) -> Vec<(f64, [f64; 3])> {
     let colors: Vec<_> = (0..=STEPS).map(|i| gradient.at(i as f32 / STEPS as f32)).collect();
     let light: Vec<[f64; 3]> = colors.iter().map(linear).collect();

@@ -100,7 +100,7 @@ fn measure(cases: [&Case; 2], name: &str, renderer: &Renderer, options: &Options
     for _ in 0..options.frames.max(1) {
         let mut seconds = [0.0; 2];
         for which in 0..2 {
-            let path = options.out.join(format!("{name}{}.png", ["", "_base"][which]));
+            let path = options.out.join(format!("{name}_{}{}.png", cases[0].size, ["", "_base"][which]));
             seconds[which] = draw(renderer, &scenes[which], &spheres[which], &grids[which], &path)?;
             least[which] = least[which].min(seconds[which]);
         }
@@ -146,7 +146,7 @@ fn corners(options: &Options) -> Vec<Corner> {
         corner("four_times_the_pixels", large, "pixels", on(5, 20, &dense), "3"),
         corner("hollow", hollow(6), "hollow", hollow(5), "1.3"),
         corner("hollow", hollow(7), "hollow", hollow(6), "1.3"),
-        corner("1,001_knots_on_15_lines", straight(66), "16 knots", straight(1), "1.1"),
+        corner("991_knots_on_15_lines", straight(66), "16 knots", straight(1), "1.1"),
         corner("256_knots", bent(256), "16 knots", bent(16), "2"),
         corner("1,024_knots", bent(1024), "16 knots", bent(16), "2"),
         corner("two_volumes", on(5, 20, &both), "one", on(5, 20, &lobes), "1.6"),
