@@ -49,6 +49,9 @@ pub struct GradientOptions<'w> {
 /// Cells per parallel task.
 const BLOCK: usize = 64;
 
+/// Cells between that whose gradients are computed and that whose columns start to be fetched.
+const AHEAD: usize = 2;
+
 /// Gradients of the normalised field at the vertices over `cells` (§3.5 of the paper), per planet radius,
 /// level-fastest: `cells.len() * radius.len()` of them. `radius` are the layers' radii in planet radii, rising. A
 /// gradient is zero if no frustum around its vertex has all its values. The result reuses `memory`, whose old values
@@ -219,19 +222,22 @@ impl<'a, S: Sample> GradientInput<'a, S> {
             }
         }
         let rows = rows.chunks_exact_mut(self.radius.len());
-        for (((cell, row), wanted), ring) in (first..).zip(rows).zip(wanted).zip(rings) {
-            if wanted.is_empty() {
+        for (i, ((cell, row), layers)) in (first..).zip(rows).zip(wanted).enumerate() {
+            if let Some(Some(ring)) = rings.get(i + AHEAD) {
+                stencil.prefetch(ring, &wanted[i + AHEAD]);
+            }
+            if layers.is_empty() {
                 continue;
             }
-            let Some(ring) = ring else {
-                exact.fill(cell, wanted.clone(), row, |_| true);
+            let Some(ring) = &rings[i] else {
+                exact.fill(cell, layers.clone(), row, |_| true);
                 continue;
             };
-            stencil.fill(simd, scratch, cell, &ring, wanted.clone(), row);
+            stencil.fill(simd, scratch, cell, ring, layers.clone(), row);
             if !scratch.rejected.is_empty() {
                 // A missing value counts on the layers beside it too.
                 let Range { start, end } = scratch.rejected;
-                let beside = start.saturating_sub(1).max(wanted.start)..(end + 1).min(wanted.end);
+                let beside = start.saturating_sub(1).max(layers.start)..(end + 1).min(layers.end);
                 exact.fill(cell, beside, row, |layer| scratch.is_rejected(layer));
             }
         }

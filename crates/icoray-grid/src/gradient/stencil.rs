@@ -18,6 +18,7 @@ use crate::grid::Grid;
 use crate::sample::{Sample, VECTOR};
 use crate::samples::Samples;
 use fearless_simd::{Simd, f32x16, mask32x16, prelude::*};
+use icoray_simd::Table;
 use std::ops::Range;
 
 /// Number of neighbours of almost all cells of a geodesic grid.
@@ -114,6 +115,24 @@ impl<'a, S: Sample> Stencil<'a, S> {
     #[inline(always)]
     pub fn ring(&self, grid: &Grid, cell: u32) -> Option<RingWeights> {
         RingWeights::of(grid, cell, self.scale[0])
+    }
+
+    /// Starts to fetch the samples of a ring on layers `wanted` into the cache: their columns are apart in memory.
+    #[inline(always)]
+    pub fn prefetch(&self, ring: &RingWeights, wanted: &Range<usize>) {
+        const CACHE_LINE: usize = 64;
+        if !self.is_contiguous {
+            return;
+        }
+        let Range { start, end } = *wanted;
+        let elements = if self.is_falling { self.layers - end..self.layers - start } else { start..end };
+        for cell in &ring.neighbours[..ring.count] {
+            if let Some(column) = Table::new(self.samples.column(*cell, self.layers)) {
+                for element in elements.clone().step_by(CACHE_LINE / size_of::<S>()) {
+                    column.prefetch(element as u32);
+                }
+            }
+        }
     }
 
     /// Computes the gradients on layers `wanted`, not empty, over a cell with its ring, in its `row`, except those that
