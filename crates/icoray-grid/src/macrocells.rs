@@ -113,19 +113,16 @@ impl CubeMap {
         let [m0, u0, v0] = components(from, cell.face / 2);
         let [m1, u1, v1] = components(along, cell.face / 2);
         let (m0, m1, width) = (sign * m0, sign * m1, self.width());
-        // The nearest plane, as a fraction: the distance from the plane d0 + t·d1 is positive inside.
-        let (mut above, mut below) = (f64::INFINITY, 1.0);
-        for (index, p0, p1) in [(cell.at[0], u0, u1), (cell.at[1], v0, v1)] {
-            let low = f64::from(index) * width - 1.0;
-            let high = low + width;
-            for (d0, d1) in [(p0 - low * m0, p1 - low * m1), (high * m0 - p0, high * m1 - p1)] {
-                if d1 < 0.0 && d0 * below < above * -d1 {
-                    above = d0;
-                    below = -d1;
-                }
-            }
+        // The distances from the planes, d0 + t·d1, are positive inside.
+        let place = |index: u32, end: f64| (f64::from(index) + end) * width - 1.0;
+        let [u, v] = cell.at.map_inline(|index| [place(index, 0.0), place(index, 1.0)]);
+        let d0 = [u0 - u[0] * m0, u[1] * m0 - u0, v0 - v[0] * m0, v[1] * m0 - v0];
+        let d1 = [u1 - u[0] * m1, u[1] * m1 - u1, v1 - v[0] * m1, v[1] * m1 - v1];
+        let mut exit = f64::INFINITY;
+        for k in 0..4 {
+            let t = if d1[k] < 0.0 { d0[k] / -d1[k] } else { f64::INFINITY };
+            exit = if t < exit { t } else { exit };
         }
-        let exit = above / below;
         exit.max(start)
     }
 

@@ -208,7 +208,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     #[inline(always)]
     fn trace(&mut self, rays: &mut dyn Iterator<Item = PrimaryRay>, counts: &mut Counts, target: &mut Target) {
         let hints = RowHints::new(self.frame.grid);
-        let mut queue = Rays { rays, clip: self.clip(), hints, entries: Entries::new() };
+        let mut queue = Rays { rays, clip: self.clip(), hints, last_shown: [u32::MAX; 2], entries: Entries::new() };
         // Gaps are passed in every turn if no column is passed as a whole.
         let is_full = self.frame.visible.is_full() && self.runs.is_none();
         let mut is_empty = false;

@@ -38,6 +38,8 @@ pub(super) struct Rays<'q> {
     pub rays: &'q mut dyn Iterator<Item = PrimaryRay>,
     pub clip: Clip<'q>,
     pub hints: RowHints,
+    /// The triangle of the macrocell in which something first showed to the last ray, and the one that this ray entered.
+    pub last_shown: [u32; 2],
     pub entries: Entries,
 }
 
@@ -64,7 +66,7 @@ impl Rays<'_> {
                 without(number, None);
                 continue;
             };
-            let Some((side, next_leap)) = first_column(frame.grid, tables, line, hint) else {
+            let Some((side, next_leap)) = first_column(frame.grid, tables, line, hint, &mut self.last_shown) else {
                 counts.rays += 1;
                 without(number, Some(Radiance::none()));
                 continue;
@@ -80,11 +82,20 @@ impl Rays<'_> {
 /// The entry of a ray into its first column in which something may be visible, searched from the triangle `hint`, and
 /// the distance before which it does not leap. `None` if nothing is visible.
 #[inline]
-fn first_column(grid: &Grid, tables: &Tables, line: RayLine, hint: u32) -> Option<(Side, f64)> {
+fn first_column(
+    grid: &Grid,
+    tables: &Tables,
+    line: RayLine,
+    hint: u32,
+    last_shown: &mut [u32; 2],
+) -> Option<(Side, f64)> {
     let Some(leaps) = &tables.leaps else { return Some((side(grid, &tables.mesh, line, hint), 0.0)) };
     let Ahead::Shown { at, until, near } = leaps.ahead(&line, line.start) else { return None };
-    let found = side_at(&tables.mesh, line, at, near);
-    Some((found.unwrap_or_else(|| side(grid, &tables.mesh, line, near)), until))
+    // In the macrocell of the last ray its triangle is nearer.
+    let hint = if last_shown[0] == near { last_shown[1] } else { near };
+    let found = side_at(&tables.mesh, line, at, hint).unwrap_or_else(|| side(grid, &tables.mesh, line, hint));
+    *last_shown = [near, found.half_edge / 3];
+    Some((found, until))
 }
 
 /// The side through which a ray enters its first column, searched from the triangle `hint`.
