@@ -10,6 +10,7 @@ use super::read::ConcentricWay;
 use crate::column::{Chord, Shell};
 use crate::lit::FrustumInterpolant;
 use fearless_simd::prelude::*;
+use icoray_grid::array::MapInline;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_simd::{Floats, Machine, Mask, Numbers, Pairs, Table, Wide, wide_mask};
 
@@ -180,7 +181,7 @@ impl<const SCENE: bool> Layers for Concentric<'_, SCENE> {
 
     #[inline(never)]
     fn skip<V: Machine>(&self, lanes: &mut Lanes<V>, lane: usize, visible: &OccupancyMask) -> bool {
-        let [entry, exit] = [0, 1].map(|k: usize| lanes.rho[k].get(lane));
+        let [entry, exit] = [0, 1].map_inline(|k: usize| lanes.rho[k].get(lane));
         let is_rising = lanes.rising.test(lane);
         let blocks = visible.blocks_over(lanes.triangles[lane]);
         let (gap, layer) = next_shown(blocks, visible.shift, lanes.gap[lane], is_rising, self.shell.layers());

@@ -22,6 +22,7 @@ use crate::walk::Side;
 use fearless_simd::{Level, Simd, prelude::*};
 pub(crate) use frame::PacketFrame;
 use gap::Concentric;
+use icoray_grid::array::MapInline;
 use icoray_grid::real::lerp;
 use icoray_simd::{Floats, Machine, Mask, Table};
 use lanes::{Entries, Lanes, lanes_of};
@@ -362,7 +363,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         if self.frame.core.is_some() {
             let core = self.lanes.gap.simd_eq(0).to_bitmask() as u32 & active;
             for lane in lanes_of(core) {
-                let [t0, t1] = [0, 1].map(|k: usize| self.lanes.t[k].get(lane));
+                let [t0, t1] = [0, 1].map_inline(|k: usize| self.lanes.t[k].get(lane));
                 let u = self.lanes.u.get(lane);
                 self.meet_core(lane, &CoreHit { t: lerp(t0, t1, u), u: Some(u) });
             }
