@@ -54,8 +54,8 @@ pub(crate) use node::{LentNode, Node};
 pub use node::{NodeMemory, NodeShare};
 pub(crate) use node_fields::{NodeFields, Stored};
 pub(crate) use part::Part;
-pub use pump::PointToPoint;
 pub(crate) use pump::{MessagePump, pumped};
+pub use pump::{Messages, PointToPoint};
 pub(crate) use wire::{decode_list, decode_lists, decode_next, encode, encode_lists};
 
 use icoray_grid::{Error, ErrorKind, Result};
