@@ -38,6 +38,7 @@ impl OwnCorners {
     pub fn find_owners(&self, ranks: &mut Ranks, wanted: &[u64]) -> Result<Vec<u32>> {
         let marked = self.numbered.global.iter().zip(&self.numbered.is_own);
         let own = marked.filter(|(_, is_own)| **is_own).map(|(number, _)| *number);
-        find_owners(ranks, (ColumnKind::Corner, self.base), own, wanted)
+        let nobodys = |_, corner| format!("{corner} is owned by no rank, expected one owner");
+        find_owners(ranks, (ColumnKind::Corner, self.base), own, wanted, nobodys)
     }
 }

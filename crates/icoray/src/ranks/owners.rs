@@ -26,7 +26,8 @@ impl CellOwners {
         let own = rows.clone().filter(|cell| numbered.is_own[*cell]).map(|cell| numbered.global[cell]);
         let wanted: Vec<usize> = rows.filter(|cell| numbered.global[*cell] != NONE).collect();
         let numbers: Vec<u64> = wanted.iter().map(|cell| numbered.global[*cell]).collect();
-        let found = find_owners(ranks, (ColumnKind::Cell, base), own, &numbers)?;
+        let nobodys = |rank, cell| format!("{cell} is in the halo of rank {rank}, but owned by no rank");
+        let found = find_owners(ranks, (ColumnKind::Cell, base), own, &numbers, nobodys)?;
         let mut owner = vec![u32::MAX; grid.cells()];
         wanted.into_iter().zip(found).for_each(|(cell, found)| owner[cell] = found);
         check_halos(ranks, grid, &numbered, &owner)?;
@@ -52,7 +53,8 @@ fn triangles(grid: &Grid) -> impl Iterator<Item = [u32; 3]> {
 }
 
 /// The owners of the `wanted` numbers of cells or corners, of which each rank registers its `own` ones. `base` is the
-/// first number in the model's counting. Collective.
+/// first number in the model's counting; `nobodys` is the message of a number that a rank wants and none owns, from that
+/// rank and from the number's name. Collective.
 ///
 /// # Errors
 /// Equal on all ranks: [`ErrorKind::Grid`] if two ranks own a number, or none owns one that is wanted.
@@ -61,6 +63,7 @@ pub(super) fn find_owners(
     (kind, base): (ColumnKind, i64),
     own: impl Iterator<Item = u64>,
     wanted: &[u64],
+    nobodys: impl Fn(usize, String) -> String,
 ) -> Result<Vec<u32>> {
     let size = ranks.size();
     let keeper = |number: u64| (number % size as u64) as usize;
@@ -69,7 +72,24 @@ pub(super) fn find_owners(
     wanted.iter().for_each(|number| requested[keeper(*number)].push(*number));
     let registered = ranks.exchange(encode_lists(&registered))?;
     let requested = ranks.exchange(encode_lists(&requested))?;
-    let answers = ranks.attempt(|| answer((kind, base), &decode_lists(&registered)?, &decode_lists(&requested)?));
+    let name = |number: u64| format!("{} {}", kind.name(), number as i64 + base);
+    let answers = ranks.attempt(|| {
+        let mut owner = HashMap::new();
+        for (rank, numbers) in decode_lists::<u64>(&registered)?.into_iter().enumerate() {
+            for number in numbers {
+                if let Some(other) = owner.insert(number, rank as u32) {
+                    let what = name(number);
+                    return Err(bad(format!("{what} is owned by ranks {other} and {rank}, expected one owner")));
+                }
+            }
+        }
+        let owner_of =
+            |rank: usize, number: u64| owner.get(&number).copied().ok_or_else(|| bad(nobodys(rank, name(number))));
+        let requested = decode_lists::<u64>(&requested)?.into_iter().enumerate();
+        let of_rank =
+            |(rank, numbers): (usize, Vec<u64>)| numbers.into_iter().map(|number| owner_of(rank, number)).collect();
+        requested.map(of_rank).collect::<Result<Vec<Vec<u32>>>>()
+    });
     let answers = ranks.collective(answers)?;
     let received = ranks.exchange(encode_lists(&answers))?;
     let owners = ranks.attempt(|| {
@@ -78,29 +98,6 @@ pub(super) fn find_owners(
         wanted.iter().map(|number| answers[keeper(*number)].next().ok_or_else(cut)).collect()
     });
     ranks.collective(owners)
-}
-
-/// The owner of each number that a rank requests, from the registrations of all ranks.
-fn answer((kind, base): (ColumnKind, i64), registered: &[Vec<u64>], requested: &[Vec<u64>]) -> Result<Vec<Vec<u32>>> {
-    let name = |number: u64| format!("{} {}", kind.name(), number as i64 + base);
-    let mut owner = HashMap::new();
-    for (rank, numbers) in registered.iter().enumerate() {
-        for number in numbers {
-            if let Some(other) = owner.insert(*number, rank as u32) {
-                let what = name(*number);
-                return Err(bad(format!("{what} is owned by ranks {other} and {rank}, expected one owner")));
-            }
-        }
-    }
-    let owner_of = |rank: usize, number: &u64| {
-        let nobodys = || match kind {
-            ColumnKind::Cell => format!("{} is in the halo of rank {rank}, but owned by no rank", name(*number)),
-            ColumnKind::Corner => format!("{} is owned by no rank, expected one owner", name(*number)),
-        };
-        owner.get(number).copied().ok_or_else(|| bad(nobodys()))
-    };
-    let of_rank = |(rank, numbers): (usize, &Vec<u64>)| numbers.iter().map(|number| owner_of(rank, number)).collect();
-    requested.iter().enumerate().map(of_rank).collect()
 }
 
 /// Checks that each owner has all triangles around its cells that other ranks have in their halos. Collective.
