@@ -68,8 +68,8 @@ impl Renderer {
     /// scene and layers, and copies of the same grid and fields; [`Self::render_decomposed`] renders distributed ones.
     ///
     /// Each rank draws some tiles, and the picture is bitwise that of [`Self::render`], or, where the scene requests
-    /// fragments, agrees with the exact integral within its errors. [`Sharing`](icoray_output::Sharing) lists the schemes
-    /// that a scene can request.
+    /// fragments, agrees with the exact integral within its errors. [`Sharing`](icoray_output::Sharing) lists the
+    /// schemes that a scene can request.
     ///
     /// Within a time budget rank 0 picks the quality; with fragments it is the cheapest that any rank picks.
     ///

@@ -108,8 +108,8 @@ impl Context {
         }
     }
 
-    /// Renders the pictures of a step, or submits them to the background, which renders all from one copy of the fields.
-    /// The first failure is returned; others are counted and logged.
+    /// Renders the pictures of a step, or submits them to the background, which renders all from one copy of fields. The
+    /// first failure is returned; others are counted and logged.
     pub(super) fn draw_step(&mut self, script: Option<&Script>, stamp: &Stamp) -> Outcome<()> {
         let before = self.before.replace(stamp.clone());
         let scheduled = script.map(|script| script.scheduled(stamp, before.as_ref()).collect::<Vec<_>>());

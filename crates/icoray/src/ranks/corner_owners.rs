@@ -34,8 +34,8 @@ impl OwnCorners {
     /// The owner of each of the `wanted` corners. Collective.
     ///
     /// # Errors
-    /// Equal on all ranks: [`ErrorKind::Grid`](icoray_grid::ErrorKind::Grid) if two ranks own a corner, or none owns one
-    /// that is wanted.
+    /// Equal on all ranks: [`ErrorKind::Grid`](icoray_grid::ErrorKind::Grid) if two ranks own a corner, or none owns
+    /// one that is wanted.
     pub fn find_owners(&self, ranks: &mut Ranks, wanted: &[u64]) -> Result<Vec<u32>> {
         let marked = self.numbered.global.iter().zip(&self.numbered.is_own);
         let own = marked.filter(|(_, is_own)| **is_own).map(|(number, _)| *number);

@@ -53,8 +53,8 @@ fn triangles(grid: &Grid) -> impl Iterator<Item = [u32; 3]> {
 }
 
 /// The owners of the `wanted` numbers of cells or corners, of which each rank registers its `own` ones. `base` is the
-/// first number in the model's counting; `nobodys` is the message of a number that a rank wants and none owns, from that
-/// rank and from the number's name. Collective.
+/// first number in the model's counting; `nobodys` is the message of a number that a rank wants and none owns, from
+/// that rank and from the number's name. Collective.
 ///
 /// # Errors
 /// Equal on all ranks: [`ErrorKind::Grid`] if two ranks own a number, or none owns one that is wanted.
@@ -115,13 +115,12 @@ fn check_halos(ranks: &mut Ranks, grid: &Grid, Numbered { global, is_own }: &Num
         for (rank, halo) in decode_lists::<(u64, u32)>(&received)?.into_iter().enumerate() {
             for (number, seen) in halo {
                 let here = own.get(&number).copied();
-                let here =
-                    here.ok_or_else(|| Error::new(ErrorKind::Internal, format!("cell {number} is not here")))?;
+                let here = here.ok_or_else(|| Error::new(ErrorKind::Internal, format!("cell {number} is not here")))?;
                 if here < seen {
                     let number = number as i64 + i64::from(grid.tables().index_base);
                     return Err(bad(format!(
-                        "own cell {number} has {here} triangles here and {seen} in the halo of rank {rank}, expected all of \
-                         them: a halo at least one cell wide"
+                        "own cell {number} has {here} triangles here and {seen} in the halo of rank {rank}, expected \
+                         all of them: a halo at least one cell wide"
                     )));
                 }
             }

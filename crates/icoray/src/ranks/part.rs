@@ -1,8 +1,8 @@
 //! A part of a grid for each node or rank: its own cells and triangles, and the ranks that have the others.
 //!
 //! A node has a grid of the cells that its ranks own and a halo; its ranks share the part: each of them has all of its
-//! grid and fields, and they divide the work. Where a scene requests fragments and every rank has the whole grid, a part
-//! is a range of its rows. A triangle belongs to the part with its cell of the lowest number: this partitions all
+//! grid and fields, and they divide the work. Where a scene requests fragments and every rank has the whole grid, a
+//! part is a range of its rows. A triangle belongs to the part with its cell of the lowest number: this partitions all
 //! triangles, and with a halo one cell wide a part has all of each of its triangles.
 //!
 //! Gradients and averages of halo cells, whose neighbours a node may not have, come from their owners.
