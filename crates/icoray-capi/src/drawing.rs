@@ -241,7 +241,8 @@ impl Drawing {
     /// all ranks.
     pub fn draw(&mut self, ranks: &mut Ranks, FrameInputs { setup, fields }: FrameInputs) -> Outcome<()> {
         self.devices.is_asked = setup.scene.backend == Backend::Gpu;
-        match self.renderer.render_decomposed(ranks, &setup.scene, setup.distributed_grid(), fields)? {
+        let drawn = self.renderer.render_decomposed(ranks, &setup.scene, setup.distributed_grid(), fields);
+        match drawn.map_err(|error| Failure::from(error).of_picture(&setup.view, setup.stamp.step))? {
             Rendered::Here(mut frame) => {
                 setup.describe(&mut frame);
                 self.submit_to_writer(frame, &setup);

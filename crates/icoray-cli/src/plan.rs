@@ -43,7 +43,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
             read(file, view, &scene, &layering, &mut text)?;
             left_out(renderer, file, &grid, &scene, &layering, time, &mut text)?;
             writeln!(text, "drawn on {}", gpu::would_draw(renderer, &scene))?;
-            writeln!(text, "several ranks would draw {}", Plan::sharing(&scene, None)?)?;
+            writeln!(text, "several ranks would draw {}", Plan::sharing(&scene, false)?)?;
             let path = target.path(&scene.output, &stamp, scene.field())?;
             writeln!(text, "picture: {} ({} x {}), time {time}", path.display(), scene.width, scene.height)?;
             progress.suspend(|| out.write_all(&text))?;

@@ -30,7 +30,7 @@ impl Drawing<'_> {
     ) -> Result<Option<Frame>> {
         let needed = self.fields(scene, fields, heights)?;
         let layers = self.scene_fields.layers(scene)?;
-        let rendered = self.renderer.render_over(ranks, scene, self.grid, None, layers, needed)?;
+        let rendered = self.renderer.render_over(ranks, scene, self.grid, layers, needed)?;
         let Rendered::Here(mut frame) = rendered else { return Ok(None) };
         for SceneField { info, .. } in self.scene_fields.of(scene)? {
             frame.descriptions.insert(info.name.clone(), info.description.clone());

@@ -24,5 +24,6 @@ pub mod truth;
 
 // The meshes with holes of icoray's own tests; they name these types of their parent.
 #[path = "../../icoray/tests/suite/culled/mod.rs"]
-mod culled;
+#[doc(hidden)]
+pub mod culled;
 use icoray::{Grid, GridTables, IcosahedralMesh, LonLat};

@@ -7,7 +7,8 @@ use crate::results::{Table, number, progress, say};
 use crate::scenes::multi_scale;
 use icoray::ranks::local_nodes;
 use icoray::{
-    Decomposition, DistributedGrid, Error, ErrorKind, FrameReport, Grid, Ranks, Rendered, Renderer, Result, Scene,
+    Decomposition, DistributedGrid, Error, ErrorKind, Field, FrameReport, Grid, Location, Ranks, Rendered, Renderer,
+    Result, Scene,
 };
 use icoray_reference::sphere::{self, Sphere};
 use partition::MeshPart;
@@ -136,7 +137,7 @@ impl<'w> Simulation<'w> {
     fn new(sphere: &'w Sphere, parts: Option<&'w [MeshPart]>, scenes: &'w [Scene], options: &Options) -> Result<Self> {
         let grids = match parts {
             None => vec![sphere.grid()?],
-            Some(parts) => parts.par_iter().map(|part| part.sphere.grid()).collect::<Result<_>>()?,
+            Some(parts) => parts.par_iter().map(|part| Grid::new(part.tables.tables())).collect::<Result<_>>()?,
         };
         let (frames, node_ranks) = (1 + options.frames.max(1), options.node_ranks);
         Ok(Simulation { sphere, parts, grids, scenes, frames, node_ranks })
@@ -183,7 +184,8 @@ impl<'w> Simulation<'w> {
         let renderer = Renderer::new(1)?;
         let local = self.parts.map(|parts| &parts[ranks.rank()]);
         let grid = &self.grids[if local.is_some() { ranks.rank() } else { 0 }];
-        let field = local.map_or(self.sphere, |part| &part.sphere).field()?;
+        let values = local.map_or(&self.sphere.values, |part| &part.values);
+        let field = Field::level_fastest(values, self.sphere.layers.count(), Location::Center)?;
         let decomposition = local.map(|local| Decomposition::new(&mut ranks, grid, &local.cells())).transpose()?;
         let mut results = Vec::new();
         for scene in self.scenes.iter().flat_map(|scene| std::iter::repeat_n(scene, self.frames)) {

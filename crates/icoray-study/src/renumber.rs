@@ -1,11 +1,7 @@
-//! New numbers for a mesh's cells and corners: along a space-filling curve, as models do for their caches, or those of
-//! a part.
+//! New numbers for a mesh's cells and corners: along a space-filling curve, as models do for their caches.
 
 use icoray::IcosahedralMesh;
 use icoray_reference::shading::direction;
-
-/// Marks rows that are left out.
-pub(crate) const MISSING: i32 = -1;
 
 /// Renumbers cells and corners so that those near to each other have close numbers. Edges keep their numbers.
 pub(crate) fn along_curve(mesh: &mut IcosahedralMesh) {
@@ -20,7 +16,7 @@ pub(crate) fn along_curve(mesh: &mut IcosahedralMesh) {
     mesh.cell_corner = rows(&mesh.cell_corner, 6, &cells).collect();
     mesh.corner_cell = rows(&mesh.corner_cell, 3, &corners).collect();
     mesh.corner_edge = rows(&mesh.corner_edge, 3, &corners).collect();
-    let (new_cell, new_corner) = (numbers(&cells, cells.len()), numbers(&corners, corners.len()));
+    let (new_cell, new_corner) = (numbers(&cells), numbers(&corners));
     mesh.corner_cell.iter_mut().for_each(|cell| *cell = new_cell[*cell as usize]);
     mesh.cell_corner.iter_mut().for_each(|corner| *corner = new_corner[*corner as usize]);
     mesh.edge_corner.iter_mut().for_each(|corner| *corner = new_corner[*corner as usize]);
@@ -40,10 +36,10 @@ pub(crate) fn morton(lon_rad: f64, lat_rad: f64) -> u64 {
     bits.sum()
 }
 
-/// For each of `count` rows its position in `kept`, or [`MISSING`].
-pub(crate) fn numbers(kept: &[usize], count: usize) -> Vec<i32> {
-    let mut numbers = vec![MISSING; count];
-    (0..).zip(kept).for_each(|(number, &row)| numbers[row] = number);
+/// The position of each row in `order`.
+fn numbers(order: &[usize]) -> Vec<i32> {
+    let mut numbers = vec![0; order.len()];
+    (0..).zip(order).for_each(|(number, &row)| numbers[row] = number);
     numbers
 }
 

@@ -337,7 +337,7 @@ fn render(renderer: &Renderer, ranks: &mut Ranks, setup: &FrameSetup, copies: &C
     let FrameSetup { scene, grid, layers, .. } = setup;
     match copies.gathered(setup) {
         Some(gathered) => renderer.render_gathered(Instant::now(), ranks, scene, grid, layers, gathered),
-        None => renderer.render_over(ranks, scene, grid, None, layers, copies.fields()?),
+        None => renderer.render_over(ranks, scene, grid, layers, copies.fields()?),
     }
 }
 

@@ -6,11 +6,10 @@
 //! [`FAINTEST`] remains unchanged. So edge pixels depend on the picture alone: not on tiles, threads, ranks or devices,
 //! and on the tolerance only through the pictures' errors.
 
-use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling};
-use crate::scattered::ScatteredPixels;
+use crate::raster::{Pixel, SamplePoint};
 use glam::DVec3;
+use icoray_kernel::FAINTEST;
 use icoray_kernel::signature::BoundarySignature;
-use icoray_kernel::{Counts, FAINTEST};
 use icoray_scene::Scene;
 use rayon::prelude::*;
 use std::f64::consts::SQRT_2;
@@ -19,9 +18,7 @@ use std::f64::consts::SQRT_2;
 pub(crate) const RAYS: usize = 8;
 /// Offsets of their sample points from the pixel's middle, in sixteenths of its side. No two share a row or a column,
 /// so that vertical and horizontal edges are resolved to an eighth.
-const PATTERN: [[i8; 2]; RAYS] = [[1, -3], [-1, 3], [5, 1], [-3, -5], [-5, 5], [-7, -1], [3, 7], [7, -7]];
-/// Edge pixels of a tile, which has about as many rays as one of a raster.
-const TILE: usize = 32;
+pub(crate) const PATTERN: [[i8; 2]; RAYS] = [[1, -3], [-1, 3], [5, 1], [-3, -5], [-5, 5], [-7, -1], [3, 7], [7, -7]];
 /// A surface has a step where its depth differs from that of a plane by more than this many pixel widths.
 const STEP: f64 = 4.0;
 /// The top of the shell has an edge where pixels differ by more than this: thin matter fades out there by itself.
@@ -138,64 +135,6 @@ impl View<'_> {
         let differs =
             |other: &Pixel| mine.iter().zip(other.color).any(|(mine, other)| f64::from((mine - other).abs()) > least);
         self.beside(x, y).iter().flatten().flatten().any(|other| differs(other))
-    }
-}
-
-/// Pixels that show the mean of [`RAYS`] rays.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct EdgePixels(ScatteredPixels);
-
-impl EdgePixels {
-    /// The pixels with these numbers in the picture of a raster.
-    pub fn of_numbers(numbers: Vec<u32>, raster: Raster) -> Self {
-        EdgePixels(ScatteredPixels::new(raster.width, numbers, TILE))
-    }
-
-    /// Number of edge pixels.
-    pub fn count(&self) -> usize {
-        self.0.numbers().len()
-    }
-
-    /// Puts the pixels of all tiles into the picture, and sums the counts of their rays.
-    ///
-    /// # Panics
-    /// If a tile is missing or occurs twice.
-    pub fn replace(&self, tiles: &[Tile], picture: &mut [Pixel]) -> Counts {
-        let (tiles, counts) = self.0.in_order(tiles);
-        let pixels = tiles.into_iter().flat_map(|tile| &tile.pixels);
-        for (at, pixel) in self.0.numbers().iter().zip(pixels) {
-            picture[*at as usize] = *pixel;
-        }
-        counts
-    }
-}
-
-impl Tiling for EdgePixels {
-    fn tiles(&self) -> u32 {
-        self.0.tiles()
-    }
-
-    fn pixels_of(&self, tile: u32) -> usize {
-        self.0.of_tile(tile).len()
-    }
-
-    fn rays_per_pixel(&self) -> usize {
-        RAYS
-    }
-
-    fn sample_points(&self, tile: u32, emit: &mut dyn FnMut(SamplePoint)) {
-        for number in self.0.of_tile(tile) {
-            let offsets = PATTERN.iter().map(|offset| offset.map(|sixteenths| f64::from(sixteenths) / 16.0));
-            ScatteredPixels::emit(offsets, self.0.place(*number), emit);
-        }
-    }
-
-    fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel> {
-        rays.chunks_exact(RAYS).map(mean).collect()
-    }
-
-    fn raster(&self) -> Option<Raster> {
-        None
     }
 }
 

@@ -104,7 +104,7 @@ pub use icoray_scene::{
     Surface, TransferFunction, View, Volume, color_map_stops, color_maps, did_you_mean, keys, srgb8,
 };
 pub use plan::{FrameMemory, Plan, Savings};
-pub use ranks::{Columns, Decomposition, DistributedGrid, Owned, Part, PartCells, PartCorners, Ranks, Team};
+pub use ranks::{Columns, Decomposition, DistributedGrid, Owned, PartCells, PartCorners, Ranks, Team};
 pub use render::{Contribution, Histogram, Probe, ProbePoint, Rendered, Renderer, ScenePart};
 
 /// Writes pictures and their report to disk: one at a time, or on a thread while the model goes on.

@@ -3,7 +3,6 @@
 
 use crate::cells_per_pixel::cells_per_pixel;
 use crate::derive;
-use crate::ranks::Part;
 use glam::DVec3;
 use icoray_grid::visible_cells::VisibleCells;
 use icoray_grid::{ColumnCount, Error, ErrorKind, Field, Grid, Layers, Location, Reals, Result};
@@ -117,25 +116,21 @@ impl Plan {
         self.left_out.retain(|what| what != CELL_CORNER);
     }
 
-    /// The parallel scheme for a picture of `scene`: the requested one, or one that fits the data. `part` is this
-    /// rank's part of the grid, `None` the whole.
+    /// The parallel scheme for a picture of `scene`: the requested one, or one that fits the data. `has_parts` if each
+    /// node has its part of the grid, else every rank has the whole.
     ///
     /// # Errors
-    /// [`ErrorKind::Scene`] if tiles are requested and ranks have only parts.
-    pub fn sharing(scene: &Scene, part: Option<&Part>) -> Result<Sharing> {
-        let (scheme, why) = match (scene.ranks, part) {
-            (Scheme::Tiles, Some(part)) => {
-                let each = if part.is_of_node() { "node" } else { "rank" };
-                let message = format!(
-                    "key ranks: \"tiles\", but each {each} has a part of the grid only, so no rank can draw a tile alone; \
-                     expected \"auto\" or \"fragments\""
-                );
+    /// [`ErrorKind::Scene`] if tiles are requested and nodes have only parts.
+    pub fn sharing(scene: &Scene, has_parts: bool) -> Result<Sharing> {
+        let (scheme, why) = match (scene.ranks, has_parts) {
+            (Scheme::Tiles, true) => {
+                let message = "key ranks: \"tiles\", but each node has a part of the grid only, so no rank can draw a tile \
+                               alone; expected \"auto\" or \"fragments\"";
                 return Err(Error::new(ErrorKind::Scene, message));
             }
-            (_, Some(part)) if part.is_of_node() => (Scheme::Fragments, "each node has its part of the grid"),
-            (_, Some(_)) => (Scheme::Fragments, "each rank has its part of the grid"),
-            (Scheme::Fragments, None) => (Scheme::Fragments, "requested; every rank has the whole grid"),
-            (Scheme::Auto | Scheme::Tiles, None) => (Scheme::Tiles, "every rank has the whole grid"),
+            (_, true) => (Scheme::Fragments, "each node has its part of the grid"),
+            (Scheme::Fragments, false) => (Scheme::Fragments, "requested; every rank has the whole grid"),
+            (Scheme::Auto | Scheme::Tiles, false) => (Scheme::Tiles, "every rank has the whole grid"),
         };
         Ok(Sharing::because(scheme, why))
     }

@@ -58,21 +58,20 @@ impl Renderer {
         layers: &Layers,
         fields: impl Into<Fields<'f>>,
     ) -> Result<Frame> {
-        match self.render_over(&mut Ranks::alone(), scene, grid, None, layers, fields)? {
+        match self.render_over(&mut Ranks::alone(), scene, grid, layers, fields)? {
             Rendered::Here(frame) => Ok(frame),
             Rendered::AtRoot(_) => unreachable!("who draws alone is rank 0"),
         }
     }
 
     /// Renders `scene` together with the other ranks; the picture is at rank 0. Collective: all ranks pass the same
-    /// scene and layers.
+    /// scene and layers, and copies of the same grid and fields; [`Self::render_decomposed`] renders distributed ones.
     ///
-    /// Without a `part` all ranks pass copies of the same grid and field, each draws some tiles, and the picture is
-    /// bitwise that of [`Self::render`]. With one, each passes its own part of the grid and the field's values there,
-    /// halo included, and the picture agrees with the exact integral within its errors.
-    /// [`Sharing`](icoray_output::Sharing) lists the schemes that a scene can request.
+    /// Each rank draws some tiles, and the picture is bitwise that of [`Self::render`], or, where the scene requests
+    /// fragments, agrees with the exact integral within its errors. [`Sharing`](icoray_output::Sharing) lists the
+    /// schemes that a scene can request.
     ///
-    /// Within a time budget rank 0 picks the quality; with parts it is the cheapest that any rank picks.
+    /// Within a time budget rank 0 picks the quality; with fragments it is the cheapest that any rank picks.
     ///
     /// # Errors
     /// Equal on all ranks: as [`Plan::new`] on any of them, [`ErrorKind::Internal`](icoray_grid::ErrorKind::Internal)
@@ -83,11 +82,10 @@ impl Renderer {
         ranks: &mut Ranks,
         scene: &Scene,
         grid: &Grid,
-        part: Option<&Part>,
         layers: &Layers,
         fields: impl Into<Fields<'f>>,
     ) -> Result<Rendered> {
-        let given = RenderInputs { scene, grid, part, layers, fields: &fields.into() };
+        let given = RenderInputs { scene, grid, part: None, layers, fields: &fields.into() };
         self.in_context(Instant::now(), ranks, &given, draw::draw)
     }
 
@@ -177,7 +175,7 @@ impl Renderer {
             if part.is_none() && grid.cells() == 0 {
                 return Err(Error::new(ErrorKind::Grid, "0 cells, expected at least 1"));
             }
-            Ok((Plan::new(scene, grid, layers, fields.get(scene.field())?)?, Plan::sharing(scene, part)?))
+            Ok((Plan::new(scene, grid, layers, fields.get(scene.field())?)?, Plan::sharing(scene, part.is_some())?))
         });
         ranks.agree_all(plan, |(plan, sharing)| {
             let place = if plan.from_corners { "corners" } else { "centres" };

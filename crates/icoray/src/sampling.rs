@@ -22,10 +22,9 @@
 
 mod pattern;
 mod picture;
-mod round;
 
+pub(crate) use pattern::Pattern;
 pub(crate) use picture::{SampledPicture, may_show_shell};
-pub(crate) use round::SampleRound;
 
 /// Numbers of rays of a pixel after each round of a picture with at most `samples` rays per pixel, and at least `edges`
 /// for pixels at edges.

@@ -1,23 +1,57 @@
-//! Pixels at any places of a picture, which are traced again in tiles of their list.
+//! Pixels at any places of a picture, which are traced again with several rays each, in tiles of their list.
 
-use crate::raster::{SamplePoint, Tile};
+use crate::edges::{self, mean};
+use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling};
+use crate::sampling::Pattern;
 use icoray_kernel::Counts;
+use std::ops::Range;
 
-/// Some pixels of a picture.
+/// Approximate number of rays of a tile: as many as one of a raster.
+const TILE_RAYS: usize = 256;
+
+/// The rays of a pixel.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum PixelRays {
+    /// Those of a pixel with the edge of a surface in it.
+    Edge,
+    /// Some of its samples.
+    Samples(Range<u32>),
+}
+
+impl PixelRays {
+    fn count(&self) -> usize {
+        match self {
+            PixelRays::Edge => edges::RAYS,
+            PixelRays::Samples(samples) => samples.len(),
+        }
+    }
+
+    /// Their places to the right of and below the middle of the pixel in this column and row, in pixels.
+    fn places(&self, pixel: [u32; 2]) -> Vec<[f64; 2]> {
+        match self {
+            PixelRays::Edge => edges::PATTERN.map(|place| place.map(|sixteenths| f64::from(sixteenths) / 16.0)).into(),
+            PixelRays::Samples(samples) => {
+                let pattern = Pattern::of(pixel);
+                samples.clone().map(|sample| pattern.place(sample)).collect()
+            }
+        }
+    }
+}
+
+/// Some pixels of a picture, each of which shows the mean of its rays.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct ScatteredPixels {
     /// Width of the picture.
     width: u32,
     /// Their numbers in the picture, rising.
     numbers: Vec<u32>,
-    /// Number of pixels of a tile.
-    per_tile: usize,
+    rays: PixelRays,
 }
 
 impl ScatteredPixels {
-    /// The pixels with these numbers, in rising order, of a picture `width` pixels wide.
-    pub fn new(width: u32, numbers: Vec<u32>, per_tile: usize) -> Self {
-        ScatteredPixels { width, numbers, per_tile }
+    /// The pixels with these numbers, in rising order, in the picture of a raster.
+    pub fn new(raster: Raster, numbers: Vec<u32>, rays: PixelRays) -> Self {
+        ScatteredPixels { width: raster.width, numbers, rays }
     }
 
     /// Their numbers in the picture, rising.
@@ -25,36 +59,18 @@ impl ScatteredPixels {
         &self.numbers
     }
 
-    /// Number of tiles.
-    pub fn tiles(&self) -> u32 {
-        self.numbers.len().div_ceil(self.per_tile) as u32
-    }
-
     /// The pixels of a tile.
-    pub fn of_tile(&self, tile: u32) -> &[u32] {
-        let start = tile as usize * self.per_tile;
-        &self.numbers[start..(start + self.per_tile).min(self.numbers.len())]
+    fn of_tile(&self, tile: u32) -> &[u32] {
+        let per_tile = TILE_RAYS.div_ceil(self.rays.count());
+        let start = tile as usize * per_tile;
+        &self.numbers[start..(start + per_tile).min(self.numbers.len())]
     }
 
-    /// Column and row of a pixel.
-    pub fn place(&self, number: u32) -> [u32; 2] {
-        [number % self.width, number / self.width]
-    }
-
-    /// Emits the sample points of a pixel, the first of which begins a row.
-    pub fn emit(offsets: impl Iterator<Item = [f64; 2]>, [x, y]: [u32; 2], emit: &mut dyn FnMut(SamplePoint)) {
-        let middle = SamplePoint::middle(x, y, true);
-        for (number, offset) in offsets.enumerate() {
-            let at = [0, 1].map(|axis| middle.at[axis] + offset[axis]);
-            emit(SamplePoint { at, begins_row: number == 0 });
-        }
-    }
-
-    /// The tiles in order, and the sum of their rays' counts.
+    /// The pixels of all tiles in order, and the sum of their rays' counts.
     ///
     /// # Panics
     /// If a tile is missing or occurs twice.
-    pub fn in_order<'t>(&self, tiles: &'t [Tile]) -> (Vec<&'t Tile>, Counts) {
+    pub fn in_order<'t>(&self, tiles: &'t [Tile]) -> (Vec<&'t Pixel>, Counts) {
         let mut found = vec![None; self.tiles() as usize];
         let mut counts = Counts::default();
         for tile in tiles {
@@ -62,7 +78,41 @@ impl ScatteredPixels {
             let before = found[tile.number as usize].replace(tile);
             assert!(before.is_none(), "tile {} came twice", tile.number);
         }
-        let found = found.into_iter().map(|tile| tile.expect("a tile is missing"));
+        let found = found.into_iter().flat_map(|tile| &tile.expect("a tile is missing").pixels);
         (found.collect(), counts)
+    }
+}
+
+impl Tiling for ScatteredPixels {
+    fn tiles(&self) -> u32 {
+        self.numbers.len().div_ceil(TILE_RAYS.div_ceil(self.rays.count())) as u32
+    }
+
+    fn pixels_of(&self, tile: u32) -> usize {
+        self.of_tile(tile).len()
+    }
+
+    fn rays_per_pixel(&self) -> usize {
+        self.rays.count()
+    }
+
+    /// The first ray of each pixel begins a row.
+    fn sample_points(&self, tile: u32, emit: &mut dyn FnMut(SamplePoint)) {
+        for number in self.of_tile(tile) {
+            let [x, y] = [number % self.width, number / self.width];
+            let middle = SamplePoint::middle(x, y, true);
+            for (number, place) in self.rays.places([x, y]).into_iter().enumerate() {
+                let at = [0, 1].map(|axis| middle.at[axis] + place[axis]);
+                emit(SamplePoint { at, begins_row: number == 0 });
+            }
+        }
+    }
+
+    fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel> {
+        rays.chunks_exact(self.rays.count()).map(mean).collect()
+    }
+
+    fn raster(&self) -> Option<Raster> {
+        None
     }
 }

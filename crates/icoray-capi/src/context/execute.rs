@@ -108,7 +108,8 @@ impl Context {
         }
     }
 
-    /// Renders the pictures of a step. The first failure is returned; others are counted and logged.
+    /// Renders the pictures of a step, or submits them to the background, which renders all from one copy of fields. The
+    /// first failure is returned; others are counted and logged.
     pub(super) fn draw_step(&mut self, script: Option<&Script>, stamp: &Stamp) -> Outcome<()> {
         let before = self.before.replace(stamp.clone());
         let scheduled = script.map(|script| script.scheduled(stamp, before.as_ref()).collect::<Vec<_>>());
@@ -128,8 +129,16 @@ impl Context {
                 }
             };
             for shot in view.shots(stamp) {
-                let shot = self.viewers.within_budget(shot);
-                if let Err(failure) = self.draw_shot(shot, stamp, &mut copied) {
+                let given = self.picture_inputs(self.viewers.within_budget(shot), stamp, true);
+                let drawn = given.and_then(|given| {
+                    self.warn_about_holes(&given.setup);
+                    if self.drawing.is_in_background() {
+                        copied.push(given);
+                        return Ok(());
+                    }
+                    self.drawing.draw(&mut self.ranks, given)
+                });
+                if let Err(failure) = drawn {
                     self.picture_failed(failure, view.name(), &mut failures)?;
                 }
             }
@@ -166,20 +175,6 @@ impl Context {
         Ok(view.holds(&mut statistic)?)
     }
 
-    /// Renders a picture, or appends it to those that the background renders from one copy of the fields.
-    fn draw_shot<'a>(&mut self, shot: Shot, stamp: &Stamp, copied: &mut Vec<FrameInputs<'a>>) -> Outcome<()> {
-        let name = shot.name.clone();
-        let mut frame_inputs = self.picture_inputs(shot, stamp, true)?;
-        frame_inputs.setup.notes.extend(self.drawing.note());
-        self.warn_about_holes(&frame_inputs.setup);
-        if self.drawing.is_in_background() {
-            copied.push(frame_inputs);
-            return Ok(());
-        }
-        let drawn = self.drawing.draw(&mut self.ranks, frame_inputs);
-        drawn.map_err(|failure| failure.of_picture(&name, stamp.step))
-    }
-
     /// The inputs of a picture, which all ranks can render, and whose files may be made if it `is_written`. Collective.
     pub(super) fn picture_inputs<'a>(
         &mut self,
@@ -195,7 +190,8 @@ impl Context {
                 // Names that are wrong or taken are known before the first ray.
                 drawing.check_names(&shot.scene, stamp)?;
             }
-            let frame_inputs = inputs.frame_inputs(shot, stamp)?;
+            let mut frame_inputs = inputs.frame_inputs(shot, stamp)?;
+            frame_inputs.setup.notes.extend(drawing.note());
             if ranks.size() > 1 {
                 check_whole(&frame_inputs)?;
             }

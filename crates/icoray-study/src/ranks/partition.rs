@@ -1,7 +1,8 @@
 //! Domain decomposition as in a model: own cells, a halo one cell wide, local numbers.
 
-use crate::renumber::{MISSING, morton, numbers, rows};
+use crate::renumber::{morton, rows};
 use icoray::{IcosahedralMesh, Owned, PartCells};
+use icoray_reference::culled::{Culled, Mark, Style};
 use icoray_reference::sphere::Sphere;
 use icoray_test_support::Random;
 use rayon::prelude::*;
@@ -35,14 +36,16 @@ fn owners(mesh: &IcosahedralMesh, sharing: Sharing, ranks: usize) -> Vec<usize> 
     owners
 }
 
-/// One rank's part of a sphere.
+/// One rank's part of a sphere: its own cells and a halo one cell wide.
 #[derive(Debug)]
 pub(super) struct MeshPart {
-    /// Global numbers: own cells, then the halo.
+    /// Tables in local numbers.
+    pub tables: Culled,
+    /// Number of each cell in the whole mesh.
     global: Vec<i32>,
-    own: usize,
-    /// Tables in local numbers, [`MISSING`] where another rank has the entry, and the values.
-    pub sphere: Sphere,
+    owned: Vec<i32>,
+    /// The field, level-fastest.
+    pub values: Vec<f32>,
 }
 
 impl MeshPart {
@@ -53,47 +56,22 @@ impl MeshPart {
     }
 
     fn new(sphere: &Sphere, owners: &[usize], rank: usize) -> Self {
-        let mesh = &sphere.mesh;
-        let mut global: Vec<usize> = (0..mesh.cells()).filter(|&cell| owners[cell] == rank).collect();
-        let own = global.len();
-        let mut is_local: Vec<bool> = owners.iter().map(|owner| *owner == rank).collect();
-        for row in mesh.corner_cell.as_chunks::<3>().0 {
+        let mut is_here: Vec<bool> = owners.iter().map(|owner| *owner == rank).collect();
+        for row in sphere.mesh.corner_cell.as_chunks::<3>().0 {
             if row.iter().any(|&cell| owners[cell as usize] == rank) {
-                for cell in row.map(|cell| cell as usize) {
-                    if !std::mem::replace(&mut is_local[cell], true) {
-                        global.push(cell);
-                    }
-                }
+                row.iter().for_each(|&cell| is_here[cell as usize] = true);
             }
         }
-        let cell = numbers(&global, mesh.cells());
-        let is_whole = |row: &[i32; 3]| row.iter().all(|&c| is_local[c as usize]);
-        let corners = kept(mesh.corner_cell.as_chunks().0, is_whole);
-        let corner = numbers(&corners, mesh.corner_cell.len() / 3);
-        let is_side = |row: &[i32; 2]| row.iter().any(|&c| corner[c as usize] != MISSING);
-        let edges = kept(mesh.edge_corner.as_chunks().0, is_side);
-        let edge = numbers(&edges, mesh.edge_corner.len() / 2);
-        let local = IcosahedralMesh {
-            lon_center_rad: rows(&mesh.lon_center_rad, 1, &global).collect(),
-            lat_center_rad: rows(&mesh.lat_center_rad, 1, &global).collect(),
-            lon_corner_rad: rows(&mesh.lon_corner_rad, 1, &corners).collect(),
-            lat_corner_rad: rows(&mesh.lat_corner_rad, 1, &corners).collect(),
-            cell_corner: rows(&mesh.cell_corner, 6, &global).map(|c| corner[c as usize]).collect(),
-            corner_cell: rows(&mesh.corner_cell, 3, &corners).map(|c| cell[c as usize]).collect(),
-            corner_edge: rows(&mesh.corner_edge, 3, &corners).map(|e| edge[e as usize]).collect(),
-            edge_corner: rows(&mesh.edge_corner, 2, &edges).map(|c| corner[c as usize]).collect(),
-        };
-        let values = rows(&sphere.values, sphere.layers.count(), &global).collect();
-        let sphere = Sphere { mesh: local, layers: sphere.layers.clone(), values };
-        MeshPart { own, sphere, global: global.into_iter().map(|cell| cell as i32).collect() }
+        let tables = Culled::new(&sphere.mesh, &is_here, Style::Triangles, Mark::MinusOne, 0);
+        MeshPart {
+            global: tables.cells.iter().map(|cell| *cell as i32).collect(),
+            owned: tables.cells.iter().map(|cell| i32::from(owners[*cell] == rank)).collect(),
+            values: rows(&sphere.values, sphere.layers.count(), &tables.cells).collect(),
+            tables,
+        }
     }
 
     pub fn cells(&self) -> PartCells<'_> {
-        PartCells { global: self.global.as_slice().into(), owned: Owned::First(self.own) }
+        PartCells { global: self.global.as_slice().into(), owned: Owned::Marked(&self.owned) }
     }
-}
-
-/// Numbers of the rows that `stays` selects.
-fn kept<const N: usize>(table: &[[i32; N]], stays: impl Fn(&[i32; N]) -> bool) -> Vec<usize> {
-    (0..table.len()).filter(|&row| stays(&table[row])).collect()
 }

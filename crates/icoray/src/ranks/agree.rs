@@ -88,20 +88,6 @@ impl Ranks {
         Ok(Agreement { refusal, value })
     }
 
-    /// Returns a success unchanged. An error becomes this rank's vote in the agreement that the other ranks are in or
-    /// will enter, and the result is the error of all ranks.
-    pub(crate) fn settle<R>(&mut self, mine: Result<R>) -> Result<R> {
-        let error = match mine {
-            Ok(value) => return Ok(value),
-            Err(error) => error,
-        };
-        if self.team.is_none() {
-            return Err(error);
-        }
-        self.agree_on::<()>(Err(error), Vec::new())
-            .and_then(|()| Err(Error::new(ErrorKind::Internal, "a refusal was not heard")))
-    }
-
     /// Returns `mine` if it is a success on all ranks; else all ranks return the error of the lowest failed rank.
     /// Collective.
     ///

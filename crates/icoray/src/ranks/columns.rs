@@ -14,7 +14,7 @@ use super::corner_halo::CornerHalo;
 use super::corner_owners::OwnCorners;
 use super::mesh::{MeshMemory, Numbers, SharedGrid};
 use super::nodes::Nodes;
-use super::part::Agreed;
+use super::owners::CellOwners;
 use super::supply::{ColumnLookup, Supply};
 use super::{Node, NodeFields, Part, Ranks, Stored, bad};
 use crate::fields::Fields;
@@ -93,7 +93,7 @@ impl Columns {
         cells: &PartCells,
         corners: Option<&PartCorners>,
     ) -> Result<Self> {
-        let Agreed { global, owner, .. } = Agreed::new(ranks, grid, cells)?;
+        let CellOwners { global, owner } = CellOwners::agree(ranks, grid, cells)?;
         let own_corners = OwnCorners::read(ranks, grid, corners)?;
         let nodes = Nodes::find(ranks)?;
         let corner = own_corners.as_ref().map(OwnCorners::numbers);

@@ -3,10 +3,8 @@
 //! others.
 
 use super::message_queue::{Communicator, MessageQueue};
-use super::pieces::Pieces;
-use super::pump::gone;
 use super::shared_node::{MeetingMemory, NodeGroup, new_name};
-use super::tree::{Link, Message, Tree};
+use super::tree::Tree;
 use super::wire::{decode, encode};
 use super::{NAP, NodeShare, PointToPoint, Team};
 use icoray_grid::Result;
@@ -22,18 +20,10 @@ const EAGER: Duration = Duration::from_micros(100);
 /// given up.
 #[derive(Debug)]
 pub struct CommunicatorTeam<C: Communicator> {
-    tree: Tree<Letters<C>>,
+    tree: Tree<MessageQueue<C>>,
     host_leader: usize,
     /// Where ranks meet that share memory, once they do.
     meeting: Option<Arc<Mutex<MessageQueue<C>>>>,
-}
-
-/// Messages of a communicator.
-#[derive(Debug)]
-struct Letters<C: Communicator> {
-    queue: MessageQueue<C>,
-    pieces: Pieces,
-    host_rank: usize,
 }
 
 impl<C: Communicator> CommunicatorTeam<C> {
@@ -43,17 +33,17 @@ impl<C: Communicator> CommunicatorTeam<C> {
     /// [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when MPI fails.
     pub fn new(comm: C) -> Result<Self> {
         let [host_rank, host_leader] = comm.place_on_host()?;
-        let letters = Letters { queue: MessageQueue::new(comm), pieces: Pieces::default(), host_rank };
-        Ok(CommunicatorTeam { tree: Tree::new(letters), host_leader, meeting: None })
+        let tree = Tree::new(MessageQueue::new(comm), host_rank);
+        Ok(CommunicatorTeam { tree, host_leader, meeting: None })
     }
 
     fn comm(&self) -> &C {
-        self.tree.link.queue.comm()
+        self.tree.messages.comm()
     }
 
     /// The ranks that share memory with this one. Collective.
     fn node_members(&mut self) -> Result<Vec<usize>> {
-        let mine = NodeGroup::of(self.tree.link.host_rank, self.host_leader);
+        let mine = NodeGroup::of(self.tree.node_rank()?, self.host_leader);
         let all = self.share(&encode(&mine))?;
         let groups = all.iter().map(|bytes| decode(bytes)).collect::<Result<Vec<NodeGroup>>>()?;
         Ok((0..groups.len()).filter(|rank| groups[*rank] == mine).collect())
@@ -93,10 +83,10 @@ impl<C: Communicator> CommunicatorTeam<C> {
 
     /// Makes a collective call; returns when all messages of this rank in it are sent, so that no rank waits for the
     /// next call of this one.
-    fn collective<R>(&mut self, call: impl FnOnce(&mut Tree<Letters<C>>) -> Result<R>) -> Result<R> {
+    fn collective<R>(&mut self, call: impl FnOnce(&mut Tree<MessageQueue<C>>) -> Result<R>) -> Result<R> {
         let result = call(&mut self.tree)?;
         let start = Instant::now();
-        while !self.tree.link.queue.is_sent()? {
+        while !self.tree.is_sent()? {
             self.tree.collect()?;
             pause(start);
         }
@@ -107,46 +97,6 @@ impl<C: Communicator> CommunicatorTeam<C> {
 /// Yields the processor, or sleeps if this rank has waited for some time since `since`.
 pub(super) fn pause(since: Instant) {
     if since.elapsed() < EAGER { yield_now() } else { sleep(NAP) }
-}
-
-impl<C: Communicator> Link for Letters<C> {
-    fn rank(&self) -> usize {
-        self.queue.comm().rank()
-    }
-
-    fn size(&self) -> usize {
-        self.queue.comm().size()
-    }
-
-    fn node_rank(&self) -> usize {
-        self.host_rank
-    }
-
-    fn post(&mut self, to: usize, call: u64, body: Result<Vec<u8>>) -> Result<()> {
-        self.pieces.split(call, body, |piece| self.queue.send(to, piece))
-    }
-
-    fn next(&mut self) -> Result<Message> {
-        let start = Instant::now();
-        loop {
-            if let Some(message) = self.try_next()? {
-                return Ok(message);
-            }
-            if self.queue.is_gone() {
-                return Err(gone());
-            }
-            pause(start);
-        }
-    }
-
-    fn try_next(&mut self) -> Result<Option<Message>> {
-        while let Some(piece) = self.queue.try_receive()? {
-            if let Some(message) = self.pieces.join(piece)? {
-                return Ok(Some(message));
-            }
-        }
-        Ok(None)
-    }
 }
 
 impl<C: Communicator> Team for CommunicatorTeam<C> {
@@ -179,7 +129,7 @@ impl<C: Communicator> Team for CommunicatorTeam<C> {
     }
 
     fn is_sent(&mut self) -> Result<bool> {
-        self.tree.link.queue.is_sent()
+        self.tree.is_sent()
     }
 
     fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {

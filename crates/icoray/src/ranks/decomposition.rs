@@ -1,6 +1,6 @@
 //! The decomposition of grid and fields over ranks, inferred from the model's description of its cells.
 
-use super::part::Agreed;
+use super::owners::CellOwners;
 use super::{Columns, PartCells, PartCorners, Ranks, bad};
 use icoray_grid::{Field, Grid, Layers, Result};
 
@@ -59,7 +59,7 @@ impl Decomposition {
         if ranks.size() == 1 {
             // These are all of its cells, in the order of its tables.
             corners.map_or(Ok(()), |corners| corners.check_all(grid))?;
-            return Agreed::new(ranks, grid, cells).map(|_| Decomposition::Whole);
+            return CellOwners::agree(ranks, grid, cells).map(|_| Decomposition::Whole);
         }
         let sizes: Vec<(usize, usize)> = ranks.share_values(&(cells.global.len(), grid.cells()))?;
         let Some(odd) = sizes.iter().position(|(rows, cells)| rows != cells) else {

@@ -72,14 +72,6 @@ impl Default for GatheredTiles {
 }
 
 impl Ranks {
-    /// Agrees on a quality, which is rank 0's.
-    pub(crate) fn agree_on_quality(&mut self, mine: Result<Quality>) -> Result<Quality> {
-        if self.team.is_none() {
-            return mine;
-        }
-        self.agree_on(mine, Vec::new())
-    }
-
     /// Agrees on the cheapest of the qualities that ranks have picked, each for its own part.
     pub(crate) fn agree_on_cheapest(&mut self, mine: Result<Quality>) -> Result<Quality> {
         if self.team.is_none() {

@@ -1,7 +1,7 @@
 //! Ranks that are threads of one process: for tests, and to study the work of ranks without MPI.
 
-use super::tree::{Link, Message, Tree};
-use super::{NodeMemory, NodeShare, PointToPoint, Team};
+use super::tree::Tree;
+use super::{Messages, NodeMemory, NodeShare, PointToPoint, Team};
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use icoray_grid::{Error, ErrorKind, Result};
 use std::panic::resume_unwind;
@@ -12,19 +12,10 @@ use std::thread;
 /// One rank of [`local_nodes`].
 #[derive(Debug)]
 pub struct LocalTeam {
-    tree: Tree<Channels>,
+    tree: Tree<LocalMessages>,
     /// `None` once [`Team::point_to_point`] has returned it.
     beside: Option<LocalMessages>,
     node: Arc<LocalNode>,
-}
-
-/// Channels to and from each rank, this one included.
-#[derive(Debug)]
-struct Channels {
-    rank: usize,
-    node_rank: usize,
-    to: Vec<Sender<Message>>,
-    from: Receiver<Message>,
 }
 
 /// State that the threads of a node share.
@@ -56,9 +47,8 @@ pub fn local_team(size: usize) -> Vec<LocalTeam> {
 /// ranks of a node.
 pub fn local_nodes(node_of: &[usize]) -> Vec<LocalTeam> {
     let mut nodes: Vec<Arc<LocalNode>> = Vec::new();
-    let (to, from): (Vec<_>, Vec<_>) = node_of.iter().map(|_| unbounded()).unzip();
-    let beside = local_messages(node_of.len());
-    let team = from.into_iter().zip(beside).enumerate().map(|(rank, (from, beside))| {
+    let [messages, beside] = [(); 2].map(|()| local_messages(node_of.len()));
+    let team = messages.into_iter().zip(beside).enumerate().map(|(rank, (messages, beside))| {
         let known = nodes.iter().find(|node| node_of[node.leader] == node_of[rank]).cloned();
         let node = known.unwrap_or_else(|| {
             let ranks = node_of.iter().filter(|node| **node == node_of[rank]).count();
@@ -67,8 +57,7 @@ pub fn local_nodes(node_of: &[usize]) -> Vec<LocalTeam> {
             nodes[nodes.len() - 1].clone()
         });
         let node_rank = node_of[..rank].iter().filter(|node| **node == node_of[rank]).count();
-        let tree = Tree::new(Channels { rank, node_rank, to: to.clone(), from });
-        LocalTeam { tree, beside: Some(beside), node }
+        LocalTeam { tree: Tree::new(messages, node_rank), beside: Some(beside), node }
     });
     team.collect()
 }
@@ -77,40 +66,13 @@ fn gone(of: &str) -> Error {
     Error::new(ErrorKind::Mpi, format!("{of} is gone"))
 }
 
-impl Link for Channels {
-    fn rank(&self) -> usize {
-        self.rank
-    }
-
-    fn size(&self) -> usize {
-        self.to.len()
-    }
-
-    fn node_rank(&self) -> usize {
-        self.node_rank
-    }
-
-    fn post(&mut self, to: usize, call: u64, body: Result<Vec<u8>>) -> Result<()> {
-        let sent = self.to[to].send(Message { from: self.rank, call, body });
-        sent.map_err(|_| gone(&format!("rank {to}")))
-    }
-
-    fn next(&mut self) -> Result<Message> {
-        self.from.recv().map_err(|_| gone("every rank"))
-    }
-
-    fn try_next(&mut self) -> Result<Option<Message>> {
-        Ok(self.from.try_recv().ok())
-    }
-}
-
 impl Team for LocalTeam {
     fn rank(&self) -> usize {
-        self.tree.link.rank
+        self.tree.rank()
     }
 
     fn size(&self) -> usize {
-        self.tree.link.to.len()
+        self.tree.size()
     }
 
     fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
@@ -218,7 +180,7 @@ fn local_messages(size: usize) -> Vec<LocalMessages> {
     from.into_iter().enumerate().map(one).collect()
 }
 
-impl PointToPoint for LocalMessages {
+impl Messages for LocalMessages {
     fn rank(&self) -> usize {
         self.rank
     }
@@ -239,6 +201,12 @@ impl PointToPoint for LocalMessages {
         Ok(self.from.try_recv().ok())
     }
 
+    fn receive(&mut self) -> Result<(usize, Vec<u8>)> {
+        self.from.recv().map_err(|_| gone("every rank"))
+    }
+}
+
+impl PointToPoint for LocalMessages {
     fn try_meet(&mut self) -> Result<bool> {
         let awaited = *self.awaited.get_or_insert_with(|| {
             self.meeting.fetch_add(1, SeqCst);

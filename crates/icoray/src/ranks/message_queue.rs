@@ -1,7 +1,7 @@
 //! Messages over the non-blocking requests of MPI, over any binding. No call waits in MPI, which would occupy a
 //! processor.
 
-use super::PointToPoint;
+use super::{Messages, PointToPoint};
 use icoray_grid::Result;
 use std::collections::VecDeque;
 use std::fmt;
@@ -75,7 +75,7 @@ impl<C: Communicator> MessageQueue<C> {
     }
 }
 
-impl<C: Communicator> PointToPoint for MessageQueue<C> {
+impl<C: Communicator> Messages for MessageQueue<C> {
     fn rank(&self) -> usize {
         self.comm.rank()
     }
@@ -113,7 +113,9 @@ impl<C: Communicator> PointToPoint for MessageQueue<C> {
         let complete = is_done.then(|| self.receiving.pop_front()).flatten();
         complete.map(|(rank, first)| Ok((rank, self.comm.bytes_of(first)?))).transpose()
     }
+}
 
+impl<C: Communicator> PointToPoint for MessageQueue<C> {
     fn try_meet(&mut self) -> Result<bool> {
         let mut barrier = match self.barrier.take() {
             Some(barrier) => barrier,

@@ -1,5 +1,5 @@
 //! Renders one picture with several processes, the ranks. Each rank draws some of its tiles from data that all ranks
-//! have or, over several nodes, the whole picture of its node's [`Part`]. If each rank has some [`Columns`] of the
+//! have or, over several nodes, the whole picture of its node's part. If each rank has some [`Columns`] of the
 //! data, every node makes one copy of them, and one mesh of the parts of its ranks.
 //!
 //! A [`Team`] transports bytes between ranks. This module defines the messages, which are the same over MPI and between
@@ -28,6 +28,7 @@ mod message_queue;
 mod node;
 mod node_fields;
 mod nodes;
+mod owners;
 mod packed;
 mod part;
 mod pieces;
@@ -52,9 +53,9 @@ use node::Returned;
 pub(crate) use node::{LentNode, Node};
 pub use node::{NodeMemory, NodeShare};
 pub(crate) use node_fields::{NodeFields, Stored};
-pub use part::Part;
-pub use pump::PointToPoint;
+pub(crate) use part::Part;
 pub(crate) use pump::{MessagePump, pumped};
+pub use pump::{Messages, PointToPoint};
 pub(crate) use wire::{decode_list, decode_lists, decode_next, encode, encode_lists};
 
 use icoray_grid::{Error, ErrorKind, Result};

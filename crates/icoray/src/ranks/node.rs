@@ -1,6 +1,7 @@
 //! Memory that the ranks of a node share, so that shared data is stored once.
 
 use super::Ranks;
+use super::nodes::Nodes;
 use icoray_grid::{Error, Result};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -93,20 +94,13 @@ pub(crate) struct Node {
 
 impl Node {
     fn new(share: NodeShare, rank: usize, bytes: usize, shares: &[(usize, bool)]) -> Self {
-        let members =
-            |leader: usize| shares.iter().enumerate().filter(move |(_, (its, _))| *its == leader).map(|(rank, _)| rank);
-        let place = members(share.leader).take_while(|member| *member < rank).count();
-        let leaders = (0..shares.len()).filter(|other| shares[*other].0 == *other && *other != share.leader);
-        let partner = |leader: usize| {
-            let all: Vec<usize> = members(leader).collect();
-            all[place % all.len()]
-        };
+        let nodes = Nodes::new(shares.iter().map(|(leader, _)| *leader).collect(), rank);
         Node {
             memory: share.memory,
             bytes,
             is_leader: share.leader == rank,
             is_refused: shares.iter().any(|(_, is_refused)| *is_refused),
-            partners: leaders.map(partner).collect(),
+            partners: nodes.partners().collect(),
         }
     }
 

@@ -12,6 +12,11 @@ pub(super) struct Nodes {
 }
 
 impl Nodes {
+    /// The nodes whose leaders are given for each rank, as `rank` sees them.
+    pub fn new(leader: Vec<usize>, rank: usize) -> Self {
+        Nodes { leader, rank }
+    }
+
     /// Finds the nodes of all ranks. Collective.
     pub fn find(ranks: &mut Ranks) -> Result<Self> {
         let mine = match &mut ranks.team {
@@ -19,12 +24,12 @@ impl Nodes {
             None => Ok(0),
         };
         let mine = ranks.collective(mine)?;
-        Ok(Nodes { leader: ranks.share_values(&mine)?, rank: ranks.rank() })
+        Ok(Nodes::new(ranks.share_values(&mine)?, ranks.rank()))
     }
 
     /// All ranks as one node, whether they share memory or not.
     pub fn one(ranks: &Ranks) -> Self {
-        Nodes { leader: vec![0; ranks.size()], rank: ranks.rank() }
+        Nodes::new(vec![0; ranks.size()], ranks.rank())
     }
 
     /// The leader of a rank's node.

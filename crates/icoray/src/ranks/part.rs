@@ -1,17 +1,13 @@
-//! A rank's part of a distributed grid: its own cells and triangles, and the owners of the others.
+//! A part of a grid for each node or rank: its own cells and triangles, and the ranks that have the others.
 //!
-//! Each rank has a grid of its own cells and a halo, with local numbers. A triangle belongs to the rank that owns its
-//! cell of the lowest global number: this partitions all triangles, and with a halo one cell wide the owner has all of
-//! each of its triangles.
+//! A node has a grid of the cells that its ranks own and a halo; its ranks share the part: each of them has all of its
+//! grid and fields, and they divide the work. Where a scene requests fragments and every rank has the whole grid, a
+//! part is a range of its rows. A triangle belongs to the part with its cell of the lowest number: this partitions all
+//! triangles, and with a halo one cell wide a part has all of each of its triangles.
 //!
-//! Ranks of a node may share a part: each of them has all of its grid and fields, and they divide the work.
-//!
-//! Gradients and averages of halo cells, whose neighbours a rank may not have, come from their owners.
-
-mod owners;
+//! Gradients and averages of halo cells, whose neighbours a node may not have, come from their owners.
 
 use super::Ranks;
-use super::cells::{Owned, PartCells};
 use super::mesh::NodeMesh;
 use super::nodes::Nodes;
 use super::wire::{decode_lists, encode_lists};
@@ -19,15 +15,14 @@ use crate::device::OwnedColumns;
 use bytemuck::Pod;
 use icoray_grid::{CenterField, Error, ErrorKind, Grid, OwnedReals, Result};
 use icoray_kernel::owned_region::OwnedRegion;
-use owners::Local;
 use std::f64::consts::PI;
 
 /// Some cells for each rank.
 type CellsOfRanks = Vec<Vec<u32>>;
 
-/// A rank's part of a grid, agreed on by all ranks.
+/// A part of a grid, agreed on by all ranks.
 #[derive(Debug, Clone)]
-pub struct Part {
+pub(crate) struct Part {
     /// Number of each cell in the whole grid, from 0.
     numbers: Vec<u64>,
     owns_cell: Vec<bool>,
@@ -38,78 +33,45 @@ pub struct Part {
     receives: CellsOfRanks,
     covered: f64,
     cells: u64,
-    ranks: usize,
     /// The ranks that share this part, in rising order, and this rank's index among them.
     mates: Vec<usize>,
     place: usize,
-    is_of_node: bool,
-}
-
-/// The ownership of cells that ranks with parts have agreed on.
-pub(super) struct Agreed {
-    /// Number of each cell in the whole grid, from 0.
-    pub global: Vec<u64>,
-    /// Rank that owns each cell.
-    pub owner: Vec<u32>,
-    tables: PartTables,
-}
-
-/// Own cells and triangles of a part, and the halo exchange.
-struct PartTables {
-    owns_cell: Vec<bool>,
-    owns_triangle: Vec<bool>,
-    sends: CellsOfRanks,
-    receives: CellsOfRanks,
-}
-
-impl Agreed {
-    /// Agrees on the owner of each cell. Collective; `grid` is this rank's own.
-    pub fn new(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
-        let local = ranks.attempt(|| Local::new(grid, cells, ranks.size()));
-        let local = ranks.collective(local)?;
-        let owner = local.find_owners(ranks)?;
-        let (sends, receives) = local.find_partners(ranks, grid, &owner)?;
-        let Local { global, owns_cell, owns_triangle, .. } = local;
-        Ok(Agreed { global, owner, tables: PartTables { owns_cell, owns_triangle, sends, receives } })
-    }
 }
 
 impl Part {
-    /// Agrees with the other ranks on the owner of each cell. Collective; `grid` is this rank's own.
-    ///
-    /// # Errors
-    /// Equal on all ranks: [`ErrorKind::Grid`](icoray_grid::ErrorKind::Grid) if numbers or marks do not fit the grid,
-    /// two ranks or no rank owns a cell, or a halo is too narrow; [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when
-    /// the transport fails.
-    pub fn new(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
-        let agreed = Agreed::new(ranks, grid, cells)?;
-        let mates = vec![ranks.rank()];
-        Part::of_mates(ranks, grid, (agreed.global, agreed.tables), mates, false)
-    }
-
     /// The part that the ranks of a node share. Collective.
     pub(super) fn of_node(ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<Self> {
-        let grid = mesh.grid;
-        let owns_cell: Vec<bool> = mesh.owner.iter().map(|owner| nodes.is_mate(*owner as usize)).collect();
-        // Cells are in the order of their numbers.
-        let lowest = |triangle: u32| grid.triangle(triangle).into_iter().min().unwrap_or(0);
-        let owns = |triangle: u32| grid.is_triangle(triangle) && owns_cell[lowest(triangle) as usize];
-        let owns_triangle: Vec<bool> = (0..grid.triangles() as u32).map(owns).collect();
-        let (sends, receives) = node_partners(ranks, mesh, nodes)?;
-        let tables = PartTables { owns_cell, owns_triangle, sends, receives };
-        Part::of_mates(ranks, grid, (mesh.global.to_vec(), tables), nodes.mates(), true)
+        let owns_cell = mesh.owner.iter().map(|owner| nodes.is_mate(*owner as usize)).collect();
+        let partners = node_partners(ranks, mesh, nodes)?;
+        Part::of_mates(ranks, mesh.grid, mesh.global.to_vec(), owns_cell, partners, nodes.mates())
     }
 
-    /// The part of `tables`, whose cells have these numbers, shared by `mates`. Collective.
+    /// The share of this rank in a grid that every rank has whole: a range of rows. Collective.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Mpi`] when the transport fails.
+    pub fn of_whole(ranks: &mut Ranks, grid: &Grid) -> Result<Self> {
+        let (rank, size) = (ranks.rank(), ranks.size());
+        let owns_cell = (0..grid.cells()).map(|cell| cell * size / grid.cells() == rank).collect();
+        // It has all that gradients and averages of halo cells are computed from.
+        let none = (vec![Vec::new(); size], vec![Vec::new(); size]);
+        Part::of_mates(ranks, grid, (0..grid.cells() as u64).collect(), owns_cell, none, vec![rank])
+    }
+
+    /// The part of `grid` whose cells have these numbers, which rise, shared by `mates`; `sends` and `receives` are the
+    /// cells of its halo exchange. Collective.
     fn of_mates(
         ranks: &mut Ranks,
         grid: &Grid,
-        (numbers, tables): (Vec<u64>, PartTables),
+        numbers: Vec<u64>,
+        owns_cell: Vec<bool>,
+        (sends, receives): (CellsOfRanks, CellsOfRanks),
         mates: Vec<usize>,
-        is_of_node: bool,
     ) -> Result<Self> {
-        let PartTables { owns_cell, owns_triangle, sends, receives } = tables;
         let rank = ranks.rank();
+        let lowest = |triangle: u32| grid.triangle(triangle).into_iter().min().unwrap_or(0);
+        let owns = |triangle: u32| grid.is_triangle(triangle) && owns_cell[lowest(triangle) as usize];
+        let owns_triangle = (0..grid.triangles() as u32).map(owns).collect();
         let part = Part {
             numbers,
             region: OwnedRegion::new(grid, owns_triangle),
@@ -118,25 +80,10 @@ impl Part {
             receives,
             covered: 0.0,
             cells: 0,
-            ranks: ranks.size(),
             place: mates.iter().position(|mate| *mate == rank).unwrap_or(0),
             mates,
-            is_of_node,
         };
         part.with_totals(ranks, grid)
-    }
-
-    /// The share of this rank in a grid that every rank has whole: a range of rows.
-    ///
-    /// # Errors
-    /// As [`Part::new`].
-    pub fn of_whole(ranks: &mut Ranks, grid: &Grid) -> Result<Self> {
-        let (rank, size, base) = (ranks.rank(), ranks.size(), i64::from(grid.tables().index_base));
-        let global: Vec<i64> = (base..).take(grid.cells()).collect();
-        let is_own = |cell: usize| cell * size / grid.cells() == rank;
-        let marks: Vec<i32> = (0..grid.cells()).map(|cell| is_own(cell).into()).collect();
-        let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&marks) };
-        Part::new(ranks, grid, &cells)
     }
 
     /// Number of own cells, summed over all ranks.
@@ -149,38 +96,28 @@ impl Part {
         self.covered
     }
 
-    /// Number of ranks that agreed on it.
-    pub fn ranks(&self) -> usize {
-        self.ranks
-    }
-
     /// The ranks that share this part, in rising order.
-    pub(crate) fn mates(&self) -> &[usize] {
+    pub fn mates(&self) -> &[usize] {
         &self.mates
     }
 
     /// This rank's index among them.
-    pub(crate) fn place(&self) -> usize {
+    pub fn place(&self) -> usize {
         self.place
     }
 
-    /// Whether it is the part of a node, not of a rank.
-    pub(crate) fn is_of_node(&self) -> bool {
-        self.is_of_node
-    }
-
     /// Whether this rank counts a cell in sums over all ranks: exactly one rank counts each cell.
-    pub(crate) fn counts(&self, cell: usize) -> bool {
+    pub fn counts(&self, cell: usize) -> bool {
         self.owns_cell[cell] && cell % self.mates.len() == self.place
     }
 
     /// A cell's number in the whole grid, from 0.
-    pub(crate) fn number(&self, cell: usize) -> u64 {
+    pub fn number(&self, cell: usize) -> u64 {
         self.numbers[cell]
     }
 
     /// As [`Self::counts`], for a triangle; false for numbers out of range.
-    pub(crate) fn counts_triangle(&self, triangle: u32) -> bool {
+    pub fn counts_triangle(&self, triangle: u32) -> bool {
         self.has(triangle) && triangle as usize % self.mates.len() == self.place
     }
 
@@ -191,22 +128,17 @@ impl Part {
 
     /// Whether a triangle is this part's own; false for numbers out of range.
     #[inline]
-    pub(crate) fn has(&self, triangle: u32) -> bool {
+    pub fn has(&self, triangle: u32) -> bool {
         self.region.has(triangle)
     }
 
-    /// Number of own triangles.
-    pub fn triangles(&self) -> usize {
-        self.region.triangles().iter().filter(|is_own| **is_own).count()
-    }
-
     /// Own triangles and their extent.
-    pub(crate) fn region(&self) -> &OwnedRegion {
+    pub fn region(&self) -> &OwnedRegion {
         &self.region
     }
 
     /// The part as a device reads it, for columns between the radii `inner` and `outer`.
-    pub(crate) fn own(&self, inner: f64, outer: f64) -> OwnedColumns<'_> {
+    pub fn own(&self, inner: f64, outer: f64) -> OwnedColumns<'_> {
         let (middle, reach) = self.region.ball(inner, outer);
         OwnedColumns {
             triangles: self.region.triangles(),
@@ -218,7 +150,7 @@ impl Part {
 
     /// Replaces the rows of halo cells next to own ones by those of their owners; `row_of` finds a cell's row.
     /// Collective.
-    pub(crate) fn fill_halo<V: Pod>(
+    pub fn fill_halo<V: Pod>(
         &self,
         ranks: &mut Ranks,
         values: &mut [V],
@@ -244,7 +176,7 @@ impl Part {
     }
 
     /// Replaces averages of halo cells, some of whose corners are missing here, by those of their owners. Collective.
-    pub(crate) fn fill_averages(&self, ranks: &mut Ranks, field: &mut CenterField) -> Result<()> {
+    pub fn fill_averages(&self, ranks: &mut Ranks, field: &mut CenterField) -> Result<()> {
         let layers = field.field().shape().layers;
         let row = |cell: u32| cell as usize * layers..(cell as usize + 1) * layers;
         match field.values_mut() {
@@ -254,7 +186,7 @@ impl Part {
     }
 
     /// Combines this part's range of values and number of missing ones with those of all other parts. Collective.
-    pub(crate) fn whole_range(
+    pub fn whole_range(
         ranks: &mut Ranks,
         (range, missing): (Option<[f64; 2]>, u64),
     ) -> Result<(Option<[f64; 2]>, u64)> {

@@ -5,8 +5,9 @@
 //! return at once; received ones return through another channel.
 
 use super::NAP;
-use super::pieces::{Addressed, Pieces};
-use super::tree::{Link, Message, Tree};
+use super::communicator_team::pause;
+use super::pieces::Addressed;
+use super::tree::Tree;
 use crossbeam_channel::{Receiver, Sender, TryRecvError, unbounded};
 use icoray_grid::{Error, ErrorKind, Result};
 use std::thread::{sleep, yield_now};
@@ -22,7 +23,7 @@ const QUIET: Duration = Duration::from_micros(100);
 /// # Errors
 /// All methods: [`ErrorKind::Mpi`] when the transport itself fails. Then it is unusable.
 #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
-pub trait PointToPoint: Send {
+pub trait Messages: Send {
     /// This process's number, from 0.
     fn rank(&self) -> usize;
 
@@ -43,7 +44,27 @@ pub trait PointToPoint: Send {
     /// A message that has arrived, with the number of the rank that sent it.
     fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>>;
 
+    /// As [`Self::try_receive`], after waiting for a message.
+    fn receive(&mut self) -> Result<(usize, Vec<u8>)> {
+        let start = Instant::now();
+        loop {
+            if let Some(message) = self.try_receive()? {
+                return Ok(message);
+            }
+            if self.is_gone() {
+                return Err(gone());
+            }
+            pause(start);
+        }
+    }
+}
+
+/// Messages between ranks that can meet.
+pub trait PointToPoint: Messages {
     /// Whether all ranks have called this since it last returned true. Called again until it does.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Mpi`] when the transport itself fails.
     fn try_meet(&mut self) -> Result<bool>;
 }
 
@@ -52,9 +73,9 @@ pub trait PointToPoint: Send {
 pub(crate) fn pumped(transport: Box<dyn PointToPoint>, node_rank: usize) -> (PumpedTeam, MessagePump) {
     let ((outbox, to_send), (inbox, received)) = (unbounded(), unbounded());
     let (rank, size) = (transport.rank(), transport.size());
-    let mailbox = Mailbox { rank, size, node_rank, outbox, inbox: received, pieces: Pieces::default() };
+    let mailbox = Mailbox { rank, size, outbox, inbox: received };
     let pump = MessagePump { transport, to_send, inbox: Some(inbox) };
-    (Tree::new(mailbox), pump)
+    (Tree::new(mailbox, node_rank), pump)
 }
 
 /// The error of a call after MPI was finalised or a rank has left.
@@ -169,13 +190,11 @@ fn turn(
 pub(crate) struct Mailbox {
     rank: usize,
     size: usize,
-    node_rank: usize,
     outbox: Sender<Addressed>,
     inbox: Receiver<Result<Addressed>>,
-    pieces: Pieces,
 }
 
-impl Link for Mailbox {
+impl Messages for Mailbox {
     fn rank(&self) -> usize {
         self.rank
     }
@@ -184,35 +203,24 @@ impl Link for Mailbox {
         self.size
     }
 
-    fn node_rank(&self) -> usize {
-        self.node_rank
+    fn send(&mut self, to: usize, bytes: Vec<u8>) -> Result<()> {
+        self.outbox.send((to, bytes)).map_err(|_| gone())
     }
 
-    fn post(&mut self, to: usize, call: u64, body: Result<Vec<u8>>) -> Result<()> {
-        self.pieces.split(call, body, |piece| self.outbox.send((to, piece)).map_err(|_| gone()))
+    fn is_sent(&mut self) -> Result<bool> {
+        Ok(true)
     }
 
-    fn next(&mut self) -> Result<Message> {
-        loop {
-            let piece = self.inbox.recv().map_err(|_| gone())??;
-            if let Some(message) = self.pieces.join(piece)? {
-                return Ok(message);
-            }
+    fn try_receive(&mut self) -> Result<Option<Addressed>> {
+        match self.inbox.try_recv() {
+            Ok(piece) => piece.map(Some),
+            Err(TryRecvError::Empty) => Ok(None),
+            Err(TryRecvError::Disconnected) => Err(gone()),
         }
     }
 
-    fn try_next(&mut self) -> Result<Option<Message>> {
-        loop {
-            match self.inbox.try_recv() {
-                Ok(piece) => {
-                    if let Some(message) = self.pieces.join(piece?)? {
-                        return Ok(Some(message));
-                    }
-                }
-                Err(TryRecvError::Empty) => return Ok(None),
-                Err(TryRecvError::Disconnected) => return Err(gone()),
-            }
-        }
+    fn receive(&mut self) -> Result<Addressed> {
+        self.inbox.recv().map_err(|_| gone())?
     }
 }
 

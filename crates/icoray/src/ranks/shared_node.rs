@@ -3,7 +3,7 @@
 use super::communicator_team::pause;
 use super::message_queue::{Communicator, MessageQueue};
 use super::pump::gone;
-use super::{NodeMemory, PointToPoint};
+use super::{Messages, NodeMemory, PointToPoint};
 use icoray_grid::Result;
 use icoray_shared_memory::SharedMemory;
 use serde::{Deserialize, Serialize};

@@ -65,7 +65,7 @@ fn together(model: &ModelData, scene: &Scene, size: usize) -> [(Frame, Vec<Frame
     let frames = on_ranks(size, |ranks| {
         let grid = Grid::new(model.mesh.tables()).unwrap();
         let renderer = Renderer::new(1 + ranks.rank() % 2).unwrap();
-        [(); 2].map(|()| renderer.render_over(ranks, scene, &grid, None, &model.layers, &model.field()).unwrap())
+        [(); 2].map(|()| renderer.render_over(ranks, scene, &grid, &model.layers, &model.field()).unwrap())
     });
     let mut all = [Vec::new(), Vec::new()];
     for [first, second] in frames {
@@ -149,7 +149,7 @@ fn errors(odd: usize, spoil: impl Fn(&mut ModelData, &mut Scene) + Sync) -> Vec<
         let grid = Grid::new(mesh.tables()).unwrap();
         let renderer = Renderer::new(1).unwrap();
         let render = |ranks: &mut Ranks, model: &ModelData, of: &Scene| {
-            renderer.render_over(ranks, of, &grid, None, &model.layers, &model.field()).map(drop)
+            renderer.render_over(ranks, of, &grid, &model.layers, &model.field()).map(drop)
         };
         let error = render(ranks, &model, &of).unwrap_err().to_string();
         // The next frame is drawn as if nothing had been.
@@ -219,7 +219,7 @@ fn ranks_with_other_tables_or_values_draw_no_picture() {
                 let fields = Fields::new([("q", q), ("t", t), ("u", u)]).with_heights(of(heights.as_slice().into()));
                 let mut scene = scene(60, 40, &format!("ranks = \"{scheme}\"\n{TEXT}"));
                 scene.volumes.push(Volume { field: "d".into(), ..scene.volumes[0].clone() });
-                let rendered = Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, None, &model.layers, fields);
+                let rendered = Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, &model.layers, fields);
                 rendered.map(drop).map_err(|error| error.to_string())
             });
             let start = differs.map(|part| format!("MPI: rank 1: {HAS_WHOLE} {part}"));

@@ -7,8 +7,9 @@
 //! Calls belong to frames. A rank whose frame has ended with an error notifies its parent and children, which do the
 //! same. No rank waits for one that has left a frame, and the next frame starts anew ([`Team::begin_frame`]).
 
-use super::Team;
+use super::pieces::{Addressed, Pieces};
 use super::wire::{decode, decode_next, encode};
+use super::{Messages, Team};
 use icoray_grid::{Error, ErrorKind, Result};
 use std::mem::take;
 
@@ -28,29 +29,13 @@ pub(crate) struct Message {
     pub body: Result<Vec<u8>>,
 }
 
-/// Carries messages. Messages from one rank to another arrive in order.
-pub(crate) trait Link {
-    fn rank(&self) -> usize;
-
-    fn size(&self) -> usize;
-
-    /// This process's number among the ranks of its node.
-    fn node_rank(&self) -> usize;
-
-    /// Sends a message without waiting.
-    fn post(&mut self, to: usize, call: u64, body: Result<Vec<u8>>) -> Result<()>;
-
-    /// Waits for the next message.
-    fn next(&mut self) -> Result<Message>;
-
-    /// The next message, if there is one.
-    fn try_next(&mut self) -> Result<Option<Message>>;
-}
-
-/// Collective calls over a link.
+/// Collective calls over messages.
 #[derive(Debug)]
-pub(crate) struct Tree<L> {
-    pub link: L,
+pub(crate) struct Tree<M> {
+    pub messages: M,
+    pub(super) pieces: Pieces,
+    /// This process's number among the ranks of its node.
+    node_rank: usize,
     fan_out: usize,
     /// Number of the last collective call.
     call: u64,
@@ -60,24 +45,30 @@ pub(crate) struct Tree<L> {
     broken: Option<Error>,
 }
 
-impl<L: Link + Send> Tree<L> {
-    pub fn new(link: L) -> Self {
-        Tree { link, fan_out: FAN_OUT, call: 0, early: Vec::new(), broken: None }
+impl<M: Messages> Tree<M> {
+    pub fn new(messages: M, node_rank: usize) -> Self {
+        let (pieces, early) = (Pieces::default(), Vec::new());
+        Tree { messages, pieces, node_rank, fan_out: FAN_OUT, call: 0, early, broken: None }
+    }
+
+    /// Sends a message of the current call without waiting.
+    fn post(&mut self, to: usize, body: Result<Vec<u8>>) -> Result<()> {
+        self.pieces.split(self.call, body, |piece| self.messages.send(to, piece))
     }
 
     fn parent(&self) -> Option<usize> {
-        self.link.rank().checked_sub(1).map(|before| before / self.fan_out)
+        self.messages.rank().checked_sub(1).map(|before| before / self.fan_out)
     }
 
     fn children(&self) -> std::ops::Range<usize> {
-        let first = self.link.rank() * self.fan_out + 1;
-        first.min(self.link.size())..(first + self.fan_out).min(self.link.size())
+        let first = self.messages.rank() * self.fan_out + 1;
+        first.min(self.messages.size())..(first + self.fan_out).min(self.messages.size())
     }
 
     /// Sends the bytes of this rank and the ranks below it to the parent; the root returns them.
     fn hand_up(&mut self, bytes: Vec<u8>) -> Result<Vec<u8>> {
         match self.parent() {
-            Some(parent) => self.link.post(parent, self.call, Ok(bytes)).map(|()| Vec::new()),
+            Some(parent) => self.post(parent, Ok(bytes)).map(|()| Vec::new()),
             None => Ok(bytes),
         }
     }
@@ -92,7 +83,7 @@ impl<L: Link + Send> Tree<L> {
         }
         let sums = self.hand_up(encode(&counts))?;
         let sums: Vec<u64> = decode(&self.broadcast(sums)?)?;
-        Ok(sums.get(self.link.rank()).copied().unwrap_or(0))
+        Ok(sums.get(self.messages.rank()).copied().unwrap_or(0))
     }
 
     /// The bytes that rank `of` sends in this call.
@@ -105,8 +96,8 @@ impl<L: Link + Send> Tree<L> {
             if let Some(found) = self.take_where(&is_wanted)? {
                 return Ok(found);
             }
-            let message = self.link.next()?;
-            self.keep(message);
+            let piece = self.messages.receive()?;
+            self.join(piece)?;
         }
     }
 
@@ -125,9 +116,14 @@ impl<L: Link + Send> Tree<L> {
 
     /// Stores the messages that have arrived.
     pub fn collect(&mut self) -> Result<()> {
-        while let Some(message) = self.link.try_next()? {
-            self.keep(message);
+        while let Some(piece) = self.messages.try_receive()? {
+            self.join(piece)?;
         }
+        Ok(())
+    }
+
+    fn join(&mut self, piece: Addressed) -> Result<()> {
+        self.pieces.join(piece)?.into_iter().for_each(|message| self.keep(message));
         Ok(())
     }
 
@@ -141,25 +137,25 @@ impl<L: Link + Send> Tree<L> {
     }
 }
 
-impl<L: Link + Send> Team for Tree<L> {
+impl<M: Messages> Team for Tree<M> {
     fn rank(&self) -> usize {
-        self.link.rank()
+        self.messages.rank()
     }
 
     fn size(&self) -> usize {
-        self.link.size()
+        self.messages.size()
     }
 
     fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
         self.call += 1;
-        let mut bytes = encode(&(self.link.rank(), mine));
+        let mut bytes = encode(&(self.messages.rank(), mine));
         for child in self.children() {
             bytes.append(&mut self.receive(child)?);
         }
         let all = self.hand_up(bytes)?;
         let all = self.broadcast(all)?;
         let mut unread = &all[..];
-        let mut shared = vec![Vec::new(); self.link.size()];
+        let mut shared = vec![Vec::new(); self.messages.size()];
         while !unread.is_empty() {
             let (rank, bytes): (usize, &[u8]) = decode_next(&mut unread)?;
             let of_rank = shared.get_mut(rank);
@@ -175,20 +171,20 @@ impl<L: Link + Send> Team for Tree<L> {
             None => mine,
         };
         for child in self.children() {
-            self.link.post(child, self.call, Ok(bytes.clone()))?;
+            self.post(child, Ok(bytes.clone()))?;
         }
         Ok(bytes)
     }
 
     /// Sends non-empty bytes only: the ranks first agree on the number of senders to each.
     fn exchange(&mut self, mut mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
-        let (rank, size) = (self.link.rank(), self.link.size());
+        let (rank, size) = (self.messages.rank(), self.messages.size());
         assert_eq!(mine.len(), size, "bytes for each rank");
         let own = take(&mut mine[rank]);
         let senders = self.count_senders(&mine)?;
         self.call += 1;
         for (to, bytes) in mine.into_iter().enumerate().filter(|(_, bytes)| !bytes.is_empty()) {
-            self.link.post(to, self.call, Ok(bytes))?;
+            self.post(to, Ok(bytes))?;
         }
         let mut theirs = vec![Vec::new(); size];
         for _ in 0..senders {
@@ -200,11 +196,11 @@ impl<L: Link + Send> Team for Tree<L> {
     }
 
     fn send(&mut self, bytes: Vec<u8>) -> Result<()> {
-        self.link.post(0, self.call, Ok(bytes))
+        self.post(0, Ok(bytes))
     }
 
     fn is_sent(&mut self) -> Result<bool> {
-        Ok(true)
+        self.messages.is_sent()
     }
 
     fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {
@@ -214,8 +210,8 @@ impl<L: Link + Send> Team for Tree<L> {
 
     fn wait(&mut self) -> Result<()> {
         while self.broken.is_none() && !self.early.iter().any(|message| message.call == self.call) {
-            let message = self.link.next()?;
-            self.keep(message);
+            let piece = self.messages.receive()?;
+            self.join(piece)?;
         }
         Ok(())
     }
@@ -229,17 +225,17 @@ impl<L: Link + Send> Team for Tree<L> {
     fn break_off(&mut self, error: &Error) {
         for neighbour in self.parent().into_iter().chain(self.children()) {
             // No rank waits if no rank can be reached.
-            let _ = self.link.post(neighbour, self.call, Err(error.clone()));
+            let _ = self.post(neighbour, Err(error.clone()));
         }
     }
 
     fn node_rank(&mut self) -> Result<usize> {
-        Ok(self.link.node_rank())
+        Ok(self.node_rank)
     }
 }
 
 #[cfg(test)]
-impl<L> Tree<L> {
+impl<M> Tree<M> {
     /// The same tree with fewer children per rank, so that few ranks form many levels.
     pub fn with_fan_out(self, fan_out: usize) -> Self {
         Tree { fan_out, ..self }

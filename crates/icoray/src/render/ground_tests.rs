@@ -49,7 +49,7 @@ fn draw(scene: &Scene, renderer: impl Fn() -> Renderer + Sync, ranks: usize) -> 
     let drawn = on_ranks(ranks, |ranks| {
         let grid = Grid::new(mesh.tables()).unwrap();
         let field = Field::level_fastest(&values, 3, Location::Center).unwrap();
-        renderer().render_over(ranks, scene, &grid, None, &layers, &field).unwrap()
+        renderer().render_over(ranks, scene, &grid, &layers, &field).unwrap()
     });
     picture(drawn).0
 }

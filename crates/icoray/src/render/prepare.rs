@@ -53,7 +53,7 @@ impl FieldSummary {
                 true => quality,
                 false => Quality { lights: Lights::Off, ..quality },
             });
-            quality = ranks.agree_on_quality(mine)?;
+            quality = ranks.agree_on(mine, Vec::new())?;
         }
         Ok(FieldSummary { value_range, missing_values, quality, deadline })
     }

@@ -5,9 +5,10 @@ use super::context::FrameContext;
 use super::device::OnDevice;
 use super::progress::{Progress, reported};
 use super::work::Work;
-use crate::edges::{self, EdgePixels};
+use crate::edges;
 use crate::ranks::{Ranks, TileAssignment};
 use crate::raster::{Pixel, Raster, Tile, Tiling};
+use crate::scattered::{PixelRays, ScatteredPixels};
 use crate::time_budget::Deadline;
 use icoray_grid::Result;
 use icoray_kernel::Counts;
@@ -116,16 +117,18 @@ impl Rounds<'_, '_, '_> {
             }),
             None => Ok(Vec::new()),
         });
-        let found = EdgePixels::of_numbers(ranks.hear_root(found)?, raster);
-        if found.count() == 0 {
+        let found = ScatteredPixels::new(raster, ranks.hear_root(found)?, PixelRays::Edge);
+        if found.numbers().is_empty() {
             return Ok((0, drawn));
         }
         let tiles = self.trace(ranks, &found, &TileAssignment::in_turn(quality, &found, ranks), None)?;
         let replace = |(mut picture, mut counts): Drawn, tiles: &[Tile]| {
-            counts += ranks.attempt(|| Ok(found.replace(tiles, &mut picture)))?;
+            let (pixels, its) = ranks.attempt(|| Ok(found.in_order(tiles)))?;
+            found.numbers().iter().zip(pixels).for_each(|(at, pixel)| picture[*at as usize] = *pixel);
+            counts += its;
             Ok((picture, counts))
         };
         let drawn = tiles.and_then(|tiles| drawn?.map(|drawn| replace(drawn, &tiles)).transpose());
-        Ok((found.count() as u64, drawn))
+        Ok((found.numbers().len() as u64, drawn))
     }
 }

@@ -7,7 +7,8 @@ use crate::edges;
 use crate::plan::budget::brightest;
 use crate::ranks::{Ranks, TileAssignment};
 use crate::raster::{Pixel, Raster, Tile};
-use crate::sampling::{SampleRound, SampledPicture, may_show_shell, rounds};
+use crate::sampling::{SampledPicture, may_show_shell, rounds};
+use crate::scattered::{PixelRays, ScatteredPixels};
 use crate::time_budget::Deadline;
 use icoray_grid::Result;
 use icoray_output::SamplingError;
@@ -105,10 +106,10 @@ impl Rounds<'_, '_, '_> {
             if wanted.is_empty() {
                 break;
             }
-            let round = SampleRound::new(raster, wanted, rays..end);
+            let round = ScatteredPixels::new(raster, wanted, PixelRays::Samples(rays..end));
             let tiles = self.trace(ranks, &round, &TileAssignment::in_turn(quality, &round, ranks), None)?;
             let with_tiles = |picture: SampledPicture<'s>, tiles: &[Tile]| {
-                ranks.attempt(|| renderer.run(|| Ok(picture.with(&round, tiles))))
+                ranks.attempt(|| renderer.run(|| Ok(picture.with(&round, rays..end, tiles))))
             };
             picture = tiles.and_then(|tiles| picture?.map(|picture| with_tiles(picture, &tiles)).transpose());
             rays = end;

@@ -1,15 +1,16 @@
 //! Stores a picture while rounds of samples are added to its pixels, at rank 0.
 
 use super::pattern::Pattern;
-use super::round::SampleRound;
 use crate::edges;
 use crate::raster::{Pixel, SamplePoint, Tile};
+use crate::scattered::ScatteredPixels;
 use glam::DVec3;
 use icoray_kernel::Counts;
 use icoray_output::SamplingError;
 use icoray_scene::Scene;
 use rayon::prelude::*;
 use std::f64::consts::SQRT_2;
+use std::ops::Range;
 
 /// Number of first samples of a pixel from which they are spread evenly around its middle.
 const EVEN: u32 = 4;
@@ -118,20 +119,19 @@ impl<'s> SampledPicture<'s> {
         self.active.iter().map(|pixel| pixel.number).collect()
     }
 
-    /// Adds the tiles of a round to the wanted pixels.
+    /// Adds the tiles of a round of `samples` to the wanted pixels, `round`.
     ///
     /// # Panics
     /// If a tile is missing or occurs twice.
-    pub fn with(mut self, round: &SampleRound, tiles: &[Tile]) -> Self {
-        let (tiles, counts) = round.pixels.in_order(tiles);
+    pub fn with(mut self, round: &ScatteredPixels, samples: Range<u32>, tiles: &[Tile]) -> Self {
+        let (added, counts) = round.in_order(tiles);
         self.counts += counts;
-        let added: Vec<&Pixel> = tiles.into_iter().flat_map(|tile| &tile.pixels).collect();
         let (pixels, width) = (&self.pixels, self.scene.width);
-        let [before, after] = [self.rays, round.samples.end].map(|rays| Weights::of(rays, self.scene.samples));
+        let [before, after] = [self.rays, samples.end].map(|rays| Weights::of(rays, self.scene.samples));
         let deviation = after.deviation(&before);
         let joined = self.active.par_iter().zip(&added).map(|(active, pixel)| {
             let mine = &pixels[active.number as usize];
-            let place = Pattern::of([active.number % width, active.number / width]).mean_place(round.samples.clone());
+            let place = Pattern::of([active.number % width, active.number / width]).mean_place(samples.clone());
             let moved = Pixel { color: at_middle(pixel.color, place, &active.slopes), ..**pixel };
             let weighted = [(mine, before.sum), (&moved, after.sum - before.sum)];
             let mut joined = edges::weighted_mean(weighted.into_iter());
@@ -146,8 +146,8 @@ impl<'s> SampledPicture<'s> {
             self.pixels[active.number as usize] = pixel;
             self.change[active.number as usize] = change;
         }
-        self.samples += (self.active.len() * round.samples.len()) as u64;
-        self.rays = round.samples.end;
+        self.samples += (self.active.len() * samples.len()) as u64;
+        self.rays = samples.end;
         self.estimate();
         self
     }
@@ -230,6 +230,7 @@ pub(crate) fn may_show_shell(scene: &Scene, outer: f64, number: u32) -> bool {
 mod tests {
     use super::*;
     use crate::raster::{Raster, Tiling, sample_points};
+    use crate::scattered::PixelRays;
     use std::time::Instant;
 
     const SIDE: u32 = 8;
@@ -245,13 +246,14 @@ mod tests {
         let first = raster.draw(|points, _| show(points));
         let mut picture = SampledPicture::new(&scene, 0.0, f64::INFINITY, first, &[]);
         for end in crate::sampling::rounds(samples, 0) {
-            let round = SampleRound::new(raster, picture.wanted(end), picture.rays..end);
+            let samples = picture.rays..end;
+            let round = ScatteredPixels::new(raster, picture.wanted(end), PixelRays::Samples(samples.clone()));
             let tile = |number: u32| {
                 let rays = show(&sample_points(&round, number));
                 Tile::resolved(&round, number, rays, Instant::now(), Counts::default())
             };
             let tiles: Vec<Tile> = (0..round.tiles()).map(tile).collect();
-            picture = picture.with(&round, &tiles);
+            picture = picture.with(&round, samples, &tiles);
         }
         let (pixels, error, _) = picture.finish();
         (pixels.0, error)

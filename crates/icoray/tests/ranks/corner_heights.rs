@@ -8,7 +8,7 @@ use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Spread, directions, partitions, without_holes};
 use icoray::{
     Decomposition, DistributedGrid, ErrorKind, Field, Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Location,
-    OwnedReals, Part, Ranks, Rendered, Renderer, Scene, Shape,
+    OwnedReals, Ranks, Rendered, Renderer, Scene, Shape,
 };
 
 const LAYERS: usize = 4;
@@ -156,7 +156,7 @@ fn tiles_of_whole_grids_are_bitwise_one_process() {
             let (frame, _) = picture(on_ranks(count, |ranks| {
                 let grid = Grid::new(mesh.tables()).unwrap();
                 let fields = fields(level_fastest(&values, LAYERS, Location::Corner), corners(&heights));
-                Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, None, &layers(), fields).unwrap()
+                Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, &layers(), fields).unwrap()
             }));
             assert!(bits(&frame) == bits(&expected), "{count} ranks");
         }
@@ -225,27 +225,6 @@ fn parts_are_those_of_one_process() {
     }
 }
 
-/// With a part of one's own, which has values in its halo.
-#[test]
-fn halo_averages_come_from_their_owners() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let scene = Scene { antialias: false, ..scene(NEAR, "precision = \"f64\"", LIT) };
-    let expected = expected(&mesh, &scene, Location::Center);
-    let (all, heights) = (values(&mesh, Location::Center), corner_heights(&mesh));
-    for ranks in 1..=3 {
-        let (partition, owner) = partitions(&mesh, ranks).swap_remove(ranks % 3);
-        let (frame, _) = picture(Spread::new(&mesh, ranks, &owner).each(|ranks, culled, part: Result<Part, _>| {
-            let kept = columns_of(&all, &culled.cells, LAYERS);
-            let heights = columns_of(&heights, &culled.corners, LAYERS);
-            let (grid, part, renderer) = (culled.grid(), part.unwrap(), Renderer::new(1).unwrap());
-            let fields = fields(at_centers(&kept, LAYERS), corners(&heights));
-            renderer.render_over(ranks, &scene, &grid, Some(&part), &layers(), fields).unwrap()
-        }));
-        let wrong = count_beyond(&frame, &expected, 1e-6);
-        assert!(wrong <= 3, "{partition} on {ranks} ranks: {wrong} pixels");
-    }
-}
-
 /// Beside the mesh's own holes: the rows of tables have the order that they have in the whole.
 #[test]
 fn parts_of_meshes_with_holes_are_bitwise_one_process() {
@@ -291,7 +270,7 @@ fn bad_heights_on_one_rank_are_the_error_of_all() {
                 damage(&mut heights);
             }
             let fields = fields(at_centers(&all, LAYERS), corners(&heights));
-            refusal(Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, None, &layers(), fields))
+            refusal(Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, &layers(), fields))
         });
         assert_same_refusal(&refused, ErrorKind::Layers, &format!("rank 1: {words}"));
     }
@@ -325,7 +304,7 @@ fn ranks_that_have_heights_at_other_places_are_an_error() {
     let tiles = on_ranks(3, |ranks| {
         let grid = Grid::new(mesh.tables()).unwrap();
         let fields = fields(at_centers(&all, LAYERS), heights(ranks.rank()));
-        refusal(Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, None, &layers(), fields))
+        refusal(Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, &layers(), fields))
     });
     let start = "rank 1: has heights at centres, but heights of 4 layers of 64 bits at corners on rank 0";
     assert_same_refusal(&tiles, ErrorKind::Mpi, start);

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use icoray::{
-    ErrorKind, Frame, FrameReport, Grid, Ground, IcosahedralMesh, Layers, Level, Lines, Location, Part, Pattern, Ranks,
-    Rendered, Renderer, Scene,
+    DistributedGrid, ErrorKind, Frame, FrameReport, Grid, Ground, IcosahedralMesh, Layers, Level, Lines, Location,
+    Pattern, Rendered, Renderer, Scene,
 };
 use icoray_test_support::{count, is_long};
 
@@ -27,14 +27,14 @@ impl Spread {
         change: impl Fn(usize, &mut [f64]) + Sync,
     ) -> (Frame, Vec<FrameReport>) {
         let all = values(mesh, location);
-        picture(self.each(|ranks, culled, part| {
-            let (part, grid) = (part.unwrap(), culled.grid());
+        picture(self.each(|ranks, culled, grid, decomposition| {
             let rows = if location == Location::Center { &culled.cells } else { &culled.corners };
             let mut values = columns_of(&all, rows, LAYERS);
             change(ranks.rank(), &mut values);
             let field = level_fastest(&values, LAYERS, location);
             let renderer = Renderer::new(1).unwrap();
-            renderer.render_over(ranks, scene, &grid, Some(&part), &layers(), &field).unwrap()
+            let data = DistributedGrid { grid, decomposition: Some(&decomposition.unwrap()), layers: &layers() };
+            renderer.render_decomposed(ranks, scene, data, &field).unwrap()
         }))
     }
 }
@@ -219,38 +219,8 @@ fn parts_are_within_their_errors_of_the_exact_picture() {
     }
 }
 
-/// The limits above would see a seam: a single halo value that is stale, light whose gradients at the rim are a part's
-/// own.
 #[test]
-fn a_stale_halo_is_seen() {
-    let mesh = IcosahedralMesh::new(4).unwrap();
-    let scene = scene(FAR, "f64", HOLLOW);
-    let expected = whole(&mesh, &scene, Location::Center);
-    let (_, owner) = partitions(&mesh, 3).swap_remove(1);
-    let spread = Spread::new(&mesh, 3, &owner);
-    let eye = DVec3::from_array(scene.camera.eye());
-    let at = directions(&mesh.lon_center_rad, &mesh.lat_center_rad);
-    let halo = |rank: usize| {
-        let cells = spread.parts[rank].cells.iter().zip(&spread.owned[rank]).enumerate();
-        let halo = cells.filter(|(_, (_, owned))| **owned == 0);
-        let nearest = halo.max_by(|a, b| at[*a.1.0].dot(eye).total_cmp(&at[*b.1.0].dot(eye)));
-        nearest.unwrap().0
-    };
-    // On each rank the halo cell that the camera sees best; which triangles there are its own depends on numbers.
-    let seen = (0..3).map(|stale| {
-        let (frame, _) = spread.draw(&mesh, &scene, Location::Center, |rank, values| {
-            if rank == stale {
-                values[halo(rank) * LAYERS..][..LAYERS].iter_mut().for_each(|value| *value += 0.3);
-            }
-        });
-        difference(&frame, &expected)
-    });
-    let seen: Vec<f32> = seen.collect();
-    assert!(seen.iter().any(|off| *off > 1e-3), "{seen:?}");
-}
-
-#[test]
-fn ranks_without_cells_and_one_rank_alone_have_parts_too() {
+fn ranks_without_cells_have_parts_too() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let scene = scene(FAR, "f64", &format!("|{LIT}"));
     let expected = whole(&mesh, &scene, Location::Center);
@@ -258,16 +228,6 @@ fn ranks_without_cells_and_one_rank_alone_have_parts_too() {
     let (frame, reports) = Spread::new(&mesh, 5, &owner).draw(&mesh, &scene, Location::Center, |_, _| ());
     assert!(difference(&frame, &expected) <= 1e-6);
     assert_eq!(reports.len(), 5);
-    let grid = Grid::new(mesh.tables()).unwrap();
-    let mut alone = Ranks::alone();
-    let part = Part::of_whole(&mut alone, &grid).unwrap();
-    assert_eq!((part.cells(), part.ranks()), (mesh.cells() as u64, 1));
-    assert!((part.covered() - 1.0).abs() < 1e-12, "{}", part.covered());
-    let all = values(&mesh, Location::Center);
-    let (field, renderer) = (at_centers(&all, LAYERS), Renderer::new(2).unwrap());
-    let drawn = renderer.render_over(&mut alone, &scene, &grid, Some(&part), &layers(), &field).unwrap();
-    let Rendered::Here(frame) = drawn else { panic!("alone is rank 0") };
-    assert!(difference(&frame, &expected) <= 1e-6);
 }
 
 /// Data that every rank has can be drawn by fragments too, where the scene asks for it; parts cannot be drawn by tiles.
@@ -284,7 +244,7 @@ fn scenes_may_request_fragments_but_no_impossible_scheme() {
         let drawn = on_ranks(3, |ranks| {
             let (grid, field) = (Grid::new(mesh.tables()).unwrap(), at_centers(&all, LAYERS));
             let renderer = Renderer::new(1).unwrap();
-            renderer.render_over(ranks, &asked(scheme), &grid, None, &layers(), &field).unwrap()
+            renderer.render_over(ranks, &asked(scheme), &grid, &layers(), &field).unwrap()
         });
         let Rendered::Here(frame) = &drawn[0] else { panic!("rank 0 has the picture") };
         assert_eq!(frame.report.ranks.sharing.unwrap().to_string(), sentence);
@@ -292,13 +252,13 @@ fn scenes_may_request_fragments_but_no_impossible_scheme() {
         assert!(difference(frame, &expected) <= 1e-6);
     }
     let (_, owner) = partitions(&mesh, 2).swap_remove(0);
-    let refused = Spread::new(&mesh, 2, &owner).each(|ranks, culled, part| {
+    let refused = Spread::new(&mesh, 2, &owner).each(|ranks, culled, grid, decomposition| {
         let all = vec![0.0; culled.cells.len() * LAYERS];
-        let (part, grid, field) = (part.unwrap(), culled.grid(), at_centers(&all, LAYERS));
+        let data = DistributedGrid { grid, decomposition: Some(&decomposition.unwrap()), layers: &layers() };
         let renderer = Renderer::new(1).unwrap();
-        refusal(renderer.render_over(ranks, &asked("tiles"), &grid, Some(&part), &layers(), &field))
+        refusal(renderer.render_decomposed(ranks, &asked("tiles"), data, &at_centers(&all, LAYERS)))
     });
-    let start = "rank 0: key ranks: \"tiles\", but each rank has a part";
+    let start = "rank 0: key ranks: \"tiles\", but each node has a part";
     assert_same_refusal(&refused, ErrorKind::Scene, start);
 }
 
@@ -321,7 +281,7 @@ fn parts_that_do_not_fit_are_refused_on_all_ranks() {
     for (damage, words) in cases {
         let mut spread = Spread::new(&mesh, 3, &owner);
         damage(&mut spread);
-        let refusals = spread.each(|_, _, part| refusal(part));
+        let refusals = spread.each(|_, _, _, decomposition| refusal(decomposition));
         assert_same_refusal(&refusals, ErrorKind::Grid, "");
         assert!(words.iter().all(|word| refusals[0].1.contains(word)), "{words:?}: {}", refusals[0].1);
     }
@@ -337,8 +297,7 @@ fn a_halo_that_is_too_narrow_is_refused() {
     spread.parts[0] = Culled::new(&mesh, &own, Style::Corners, Mark::BeforeFirst, 1);
     spread.global[0] = spread.parts[0].cells.iter().map(|cell| *cell as i64 + 1).collect();
     spread.owned[0] = vec![1; spread.global[0].len()];
-    for part in spread.each(|_, _, part| part.map(|part| part.ranks())) {
-        let sentence = part.unwrap_err().to_string();
+    for (_, sentence) in spread.each(|_, _, _, decomposition| refusal(decomposition)) {
         assert!(
             sentence.contains("rank 0: own cell ") && sentence.contains("a halo at least one cell wide"),
             "{sentence}"

@@ -27,7 +27,7 @@ impl Data {
         let grid = Grid::new(self.mesh.tables()).unwrap();
         let field = at_centers(&self.values, LAYERS);
         let renderer = Renderer::new(threads).unwrap();
-        renderer.render_over(ranks, scene, &grid, None, &layers(), &field).unwrap()
+        renderer.render_over(ranks, scene, &grid, &layers(), &field).unwrap()
     }
 
     fn draw(&self, scene: &Scene) -> Frame {

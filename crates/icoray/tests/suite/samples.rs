@@ -39,7 +39,7 @@ impl Data {
         let heights: Vec<f64> = (0..LAYERS).map(|layer| 0.05 * layer as f64).collect();
         let layers = Layers::from_heights(&heights, 1.0).unwrap();
         let renderer = Renderer::new(threads).unwrap();
-        renderer.render_over(ranks, scene, &grid, None, &layers, &at_centers(&self.values, LAYERS)).unwrap()
+        renderer.render_over(ranks, scene, &grid, &layers, &at_centers(&self.values, LAYERS)).unwrap()
     }
 
     fn draw(&self, scene: &Scene) -> Frame {

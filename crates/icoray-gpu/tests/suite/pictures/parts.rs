@@ -7,7 +7,9 @@ use super::{native, volumes};
 use crate::common::{columns_of, picture};
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Spread, partitions, without_holes};
-use icoray::{Counts, Field, Fields, Frame, FrameReport, IcosahedralMesh, Layers, Location, Scene, Shape};
+use icoray::{
+    Counts, DistributedGrid, Field, Fields, Frame, FrameReport, IcosahedralMesh, Layers, Location, Scene, Shape,
+};
 use icoray_gpu::{Gpu, MemoryLimits};
 use std::sync::Arc;
 
@@ -32,8 +34,7 @@ fn draw(
     has_gpu: impl Fn(usize) -> bool + Sync,
 ) -> (Frame, Vec<FrameReport>) {
     let layers = layers(count);
-    picture(spread.each(|ranks, culled, part| {
-        let (part, grid) = (part.unwrap(), culled.grid());
+    picture(spread.each(|ranks, culled, grid, decomposition| {
         let cells = culled.cells.len();
         // Ranks also differ in the layout of their arrays.
         let here = values.chunks_exact(mesh.cells() * count).map(|values| {
@@ -45,7 +46,8 @@ fn draw(
         });
         let here: Vec<_> = here.collect();
         let renderer = if has_gpu(ranks.rank()) { renderer(gpu) } else { cpu(1) };
-        renderer.render_over(ranks, scene, &grid, Some(&part), &layers, fields(&here)).unwrap()
+        let data = DistributedGrid { grid, decomposition: Some(&decomposition.unwrap()), layers: &layers };
+        renderer.render_decomposed(ranks, scene, data, fields(&here)).unwrap()
     }))
 }
 

@@ -1,11 +1,11 @@
 //! Columns over the tables of the whole grid, which every rank has.
 
 use super::Columns;
+use crate::ranks::Ranks;
 use crate::ranks::cells::{ColumnKind, Numbered, PartCells, PartCorners};
 use crate::ranks::nodes::Nodes;
+use crate::ranks::owners::find_owners;
 use crate::ranks::supply::{Rows, Supply};
-use crate::ranks::wire::{decode_lists, encode_lists};
-use crate::ranks::{Ranks, bad};
 use icoray_grid::{Grid, Result};
 
 impl Columns {
@@ -45,7 +45,11 @@ fn own_rows(ranks: &mut Ranks, grid: &Grid, kind: ColumnKind, read: impl FnOnce(
         Ok(own.map(|((column, row), _)| (column, row as u32)).collect::<Rows>())
     });
     let own = ranks.collective(numbers)?;
-    refuse_other_owners(ranks, grid, kind, &own)?;
+    // Each rank asks for the rows of which it keeps the owners.
+    let (rows, base) = (kind.rows(grid) as u64, i64::from(grid.tables().index_base));
+    let kept: Vec<u64> = (ranks.rank() as u64..rows).step_by(ranks.size()).collect();
+    let nobodys = |_, row| format!("{row} of the whole grid is owned by no rank, expected one owner");
+    find_owners(ranks, (kind, base), own.iter().map(|(_, row)| u64::from(*row)), &kept, nobodys)?;
     Ok(own)
 }
 
@@ -60,34 +64,4 @@ fn corners_of_cells(grid: &Grid, own: &Rows) -> Rows {
         row.into_iter().find(|cell| cells.contains(cell)).is_some_and(|cell| owns_cell[(cell - base) as usize])
     };
     (0..grid.triangles() as u32).filter(is_own).map(|corner| (corner, corner)).collect()
-}
-
-/// Refuses rows that two ranks or no rank owns. Rank `r mod ranks` checks row r.
-fn refuse_other_owners(ranks: &mut Ranks, grid: &Grid, kind: ColumnKind, own: &Rows) -> Result<()> {
-    let (rank, size, rows) = (ranks.rank(), ranks.size(), kind.rows(grid));
-    let (what, base) = (kind.name(), i64::from(grid.tables().index_base));
-    let mut owned = vec![Vec::new(); size];
-    for (_, row) in own {
-        owned[*row as usize % size].push(*row);
-    }
-    let received = ranks.exchange(encode_lists(&owned))?;
-    let checked = ranks.attempt(|| {
-        let mut owners: Vec<Option<usize>> = vec![None; rows.saturating_sub(rank).div_ceil(size)];
-        for (owner, rows) in decode_lists::<u32>(&received)?.into_iter().enumerate() {
-            for row in rows.into_iter().map(|row| row as usize) {
-                if let Some(other) = owners[row / size].replace(owner) {
-                    let number = row as i64 + base;
-                    let message = format!("{what} {number} is owned by ranks {other} and {owner}, expected one owner");
-                    return Err(bad(message));
-                }
-            }
-        }
-        if let Some(nobodys) = owners.iter().position(Option::is_none) {
-            let number = (nobodys * size + rank) as i64 + base;
-            let message = format!("{what} {number} of the whole grid is owned by no rank, expected one owner");
-            return Err(bad(message));
-        }
-        Ok(())
-    });
-    ranks.collective(checked)
 }

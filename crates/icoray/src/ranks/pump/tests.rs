@@ -11,7 +11,7 @@ fn on_pumped<R: Send>(size: usize, work: impl Fn(&mut PumpedTeam) -> R + Sync) -
         let (mut pumped, mut pump) = pumped(team.point_to_point().unwrap(), team.rank());
         // Few children and short pieces, so that few ranks and bytes have many of them.
         pumped = pumped.with_fan_out(2);
-        pumped.link.pieces.most = 100;
+        pumped.pieces.most = 100;
         let is_done = AtomicBool::new(false);
         thread::scope(|scope| {
             let worker = scope.spawn(|| {

@@ -247,7 +247,7 @@ fn over_ranks(world: &World, scene: &Scene, manners: &[Option<Manner>], in_colum
         let (rank, size, grid) = (ranks.rank(), ranks.size(), world.grid());
         let renderer = renderer_with(manners[rank].map(|manner| Painter::new(manner) as _));
         if !in_columns {
-            return renderer.render_over(ranks, scene, &grid, None, &world.layers, &world.field()).unwrap();
+            return renderer.render_over(ranks, scene, &grid, &world.layers, &world.field()).unwrap();
         }
         let own: Vec<usize> = (0..world.mesh.cells()).filter(|cell| cell % size == rank).collect();
         let global: Vec<i64> = own.iter().map(|cell| *cell as i64).collect();
@@ -370,7 +370,7 @@ fn ranks_of_a_node_ask_for_different_devices() {
         let renderer = Renderer::new(1).unwrap().with_devices(Arc::clone(&shop) as _);
         let (grid, field) = (world.grid(), world.field());
         for _ in 0..2 {
-            renderer.render_over(ranks, &scene, &grid, None, &world.layers, &field).unwrap();
+            renderer.render_over(ranks, &scene, &grid, &world.layers, &field).unwrap();
         }
         let asked = shop.0.lock().unwrap();
         asked.iter().map(|wanted| wanted.node_rank).collect::<Vec<usize>>()
@@ -385,7 +385,7 @@ fn ranks_that_differ_in_who_draws_are_refused() {
     let errors = on_ranks(2, |ranks| {
         let scene = scene(["backend = \"cpu\"", "backend = \"gpu\""][ranks.rank()]);
         let (renderer, grid, field) = (Renderer::new(1).unwrap(), world.grid(), world.field());
-        let drawn = renderer.render_over(ranks, &scene, &grid, None, &world.layers, &field);
+        let drawn = renderer.render_over(ranks, &scene, &grid, &world.layers, &field);
         drawn.unwrap_err().to_string()
     });
     assert!(errors[0] == errors[1] && errors[0].contains("backend"), "{errors:?}");

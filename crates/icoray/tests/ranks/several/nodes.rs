@@ -5,7 +5,7 @@ use super::*;
 use crate::common::{picture, refusal};
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Spread, partitions, without_holes};
-use icoray::{Decomposition, DistributedGrid, ErrorKind, FrameReport, Probe, ScenePart};
+use icoray::{Decomposition, DistributedGrid, ErrorKind, FrameReport, Precision, Probe, ScenePart};
 use icoray_test_support::is_long;
 use std::f64::consts::TAU;
 
@@ -35,6 +35,14 @@ fn of_nodes(
         let data = DistributedGrid { grid, decomposition: Some(&decomposition), layers: &layers() };
         second(|step| renderer.render_decomposed(ranks, scene, data, own[step].fields()))
     }))
+}
+
+/// Checks that so few pixels are beyond their errors, and so little, that it may be lines which reach over a node's
+/// border by a part of their width.
+fn assert_near(frame: &Frame, expected: &Frame, trying: &str) {
+    let (wrong, most) = beyond(frame, expected, 1e-6);
+    println!("{trying}: {wrong} beyond, {most:e} at most");
+    assert!(wrong <= 4 && most < 0.05, "{trying}: {wrong}, {most:e}");
 }
 
 #[test]
@@ -82,9 +90,10 @@ fn halos_that_lie_elsewhere_than_on_their_owners_are_refused() {
     }
 }
 
-/// The mesh's own holes beside those that parts have; of corners beside a hole some are no triangles.
+/// The mesh's own holes beside those that parts have; of corners beside a hole some are no triangles. Parts of one node
+/// make the picture to the bit, those of several within errors, in single and in double precision.
 #[test]
-fn holes_of_the_whole_are_bitwise_those_of_its_parts() {
+fn holes_of_the_whole_are_those_of_its_parts() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let scenes = scenes();
     for (i, (hole, stays)) in holes(&mesh).iter().enumerate() {
@@ -100,6 +109,15 @@ fn holes_of_the_whole_are_bitwise_those_of_its_parts() {
             let (frame, _) = of_nodes(&spread, (&mesh, &owner), scene, Location::Center, &vec![0; ranks]);
             assert!(bits(&frame) == bits(&expected), "{hole}, {name}, {partition} on {ranks}");
         }
+        let precision = [Precision::F64, Precision::F32][i / 2 % 2];
+        let scene = &Scene { antialias: false, precision, ..scene.clone() };
+        let expected = draw(&Renderer::new(2).unwrap(), &culled.grid(), scene, &steps);
+        let (partition, owner) = partitions(&mesh, ranks).swap_remove(i % 3);
+        let owner = without_holes(owner, stays);
+        let spread = Spread::new(&mesh, ranks, &owner);
+        let apart: Vec<usize> = (0..ranks).collect();
+        let (frame, _) = of_nodes(&spread, (&mesh, &owner), scene, Location::Center, &apart);
+        assert_near(&frame, &expected, &format!("{hole}, {name}, {partition} on {ranks} nodes"));
     }
 }
 
@@ -112,17 +130,17 @@ fn parts_of_several_nodes_are_within_errors_of_one_process() {
         let steps = [0, 1].map(|step| Model::whole(&mesh, step, location));
         for (i, (name, scene)) in scenes().into_iter().enumerate() {
             // Lines that reach over a border would be smoothed on one side of it.
-            let scene = Scene { antialias: false, ..scene };
-            let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
+            let exact = Scene { antialias: false, ..scene };
+            let packets = Scene { precision: Precision::F32, ..exact.clone() };
+            let scenes = [&exact, &packets];
+            let expected = scenes.map(|scene| draw(&Renderer::new(2).unwrap(), &grid, scene, &steps));
             for (k, node_of) in nodes.into_iter().enumerate().filter(|(k, _)| is_long() || (i + k) % 2 == 0) {
+                let (scene, expected) = (scenes[k / 2 % 2], &expected[k / 2 % 2]);
                 let (partition, owner) = partitions(&mesh, node_of.len()).swap_remove((i + k) % 4);
                 let spread = Spread::new(&mesh, node_of.len(), &owner);
-                let (frame, _) = of_nodes(&spread, (&mesh, &owner), &scene, location, node_of);
-                let (wrong, most) = beyond(&frame, &expected, 1e-6);
-                let trying = format!("{name}, {location:?}, {partition} on {node_of:?}: {wrong} beyond, {most:e}");
-                println!("{trying}");
-                // Lines reach over a node's border by a part of their width.
-                assert!(wrong <= 4 && most < 0.05, "{trying}");
+                let (frame, _) = of_nodes(&spread, (&mesh, &owner), scene, location, node_of);
+                let trying = format!("{name}, {location:?}, {partition} on {node_of:?}");
+                assert_near(&frame, expected, &trying);
                 assert_eq!(frame.report.missing_values, expected.report.missing_values, "{trying}");
                 assert_eq!(frame.report.value_range, expected.report.value_range, "{trying}");
                 let sharing = "fragments: each node has its part of the grid, its ranks' parts and the field are assembled once per node";

@@ -2,9 +2,8 @@
 
 use super::*;
 use crate::common::{assert_same_refusal, at_centers, level_fastest, on_ranks, picture, refusal};
-use crate::culled::{Culled, Mark, Style, holes};
-use crate::spread::{Spread, partitions, without_holes};
-use icoray::{Decomposition, DistributedGrid, Error, ErrorKind, Owned, Part, PartCells, Precision, Ranks, Rendered};
+use crate::spread::{Spread, partitions};
+use icoray::{Decomposition, DistributedGrid, Error, ErrorKind, Owned, PartCells, Rendered};
 use icoray_test_support::Random;
 
 /// The second of two frames on this rank.
@@ -24,7 +23,7 @@ fn tiles_are_bitwise_those_of_one_process() {
             let drawn = on_ranks(count, |ranks| {
                 let grid = Grid::new(mesh.tables()).unwrap();
                 let renderer = Renderer::new(1).unwrap();
-                second(|step| renderer.render_over(ranks, &scene, &grid, None, &layers(), steps[step].fields()))
+                second(|step| renderer.render_over(ranks, &scene, &grid, &layers(), steps[step].fields()))
             });
             let (frame, _) = picture(drawn);
             assert!(bits(&frame) == bits(&expected), "{name} on {count} ranks");
@@ -57,75 +56,6 @@ fn columns_are_bitwise_those_of_one_process() {
             });
             assert!(bits(&picture(drawn).0) == bits(&expected), "{name} on {count} ranks");
         }
-    }
-}
-
-/// Whether so few pixels are beyond their errors, and so little, that it may be lines which reach over a rank's border
-/// by a part of their width, of cells that this rank has nothing of.
-fn is_near((wrong, most): (usize, f32)) -> bool {
-    wrong <= 3 && most < 0.05
-}
-
-/// What ranks with parts make of a scene.
-fn of_parts(spread: &Spread, mesh: &IcosahedralMesh, scene: &Scene, location: Location) -> Frame {
-    let drawn = spread.each(|ranks, culled, part| {
-        let (grid, part) = (culled.grid(), part.unwrap());
-        let rows = (&culled.cells[..], &culled.corners[..]);
-        let own = [0, 1].map(|step| Model::new(mesh, step, rows, location));
-        let renderer = Renderer::new(1).unwrap();
-        second(|step| renderer.render_over(ranks, scene, &grid, Some(&part), &layers(), own[step].fields()))
-    });
-    picture(drawn).0
-}
-
-#[test]
-fn parts_are_within_errors_of_one_process() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let steps = [0, 1].map(|step| Model::whole(&mesh, step, Location::Corner));
-    let grid = Grid::new(mesh.tables()).unwrap();
-    for (i, (name, scene)) in scenes().into_iter().enumerate() {
-        let exact = Scene { antialias: false, ..scene };
-        let packets = Scene { precision: Precision::F32, ..exact.clone() };
-        let scenes = [&exact, &packets];
-        let expected = scenes.map(|scene| draw(&Renderer::new(2).unwrap(), &grid, scene, &steps));
-        for ranks in [1, 2, 3] {
-            let partitions = partitions(&mesh, ranks);
-            for (partition, owner) in [&partitions[i % 3], &partitions[(i + ranks) % 3]] {
-                let name = format!("{name}, {partition} on {ranks}");
-                let spread = Spread::new(&mesh, ranks, owner);
-                let frames = scenes.map(|scene| of_parts(&spread, &mesh, scene, Location::Corner));
-                for (frame, expected) in frames.iter().zip(&expected) {
-                    let (wrong, most) = beyond(frame, expected, 1e-6);
-                    println!("{name}: {wrong} beyond, {most:e} at most");
-                    assert!(is_near((wrong, most)), "{name}: {wrong}, {most:e}");
-                }
-                assert!(bits(&frames[0]) != bits(&frames[1]), "{name}: no packets");
-            }
-        }
-    }
-}
-
-/// The mesh's own holes beside those that parts have.
-#[test]
-fn holes_of_the_whole_are_holes_of_its_parts() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let scenes = scenes();
-    for (i, (hole, stays)) in holes(&mesh).iter().enumerate() {
-        let culled = Culled::new(&mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
-        let rows = (&culled.cells[..], &culled.corners[..]);
-        // Of corners in a hole only some styles of culling keep the values.
-        let steps = [0, 1].map(|step| Model::new(&mesh, step, rows, Location::Center));
-        let (name, scene) = &scenes[i % scenes.len()];
-        let precision = [Precision::F64, Precision::F32][i / 2 % 2];
-        let scene = &Scene { antialias: false, precision, ..scene.clone() };
-        let expected = draw(&Renderer::new(2).unwrap(), &culled.grid(), scene, &steps);
-        let ranks = 2 + i % 2;
-        let (partition, owner) = partitions(&mesh, ranks).swap_remove(i % 3);
-        let spread = Spread::new(&mesh, ranks, &without_holes(owner, stays));
-        let frame = of_parts(&spread, &mesh, scene, Location::Center);
-        let (wrong, most) = beyond(&frame, &expected, 1e-6);
-        println!("{hole}, {name}, {partition} on {ranks}: {wrong} beyond, {most:e} at most");
-        assert!(is_near((wrong, most)), "{hole}, {name}, {partition} on {ranks}: {wrong}, {most:e}");
     }
 }
 
@@ -177,10 +107,10 @@ fn surfaces_of_a_value_that_stays_are_met_once() {
             |a: &Frame, b: &Frame| a.pixels.iter().zip(&b.pixels).filter(|(a, b)| (a[0] - b[0]).abs() > 1e-3).count();
         assert_eq!(differ(&whole, &sure), 0, "rises: {rises}, of {}", shown(&sure));
         for (partition, owner) in &partitions(&mesh, 3)[1..3] {
-            let (frame, _) = picture(Spread::new(&mesh, 3, owner).each(|ranks, culled, part| {
+            let (frame, _) = picture(Spread::new(&mesh, 3, owner).each(|ranks, culled, grid, decomposition| {
                 let (renderer, values) = (Renderer::new(1).unwrap(), values(&culled.cells));
-                let (grid, part, field) = (culled.grid(), part.unwrap(), at_centers(&values, INTERFACES));
-                renderer.render_over(ranks, &scene, &grid, Some(&part), &layers(), &field).unwrap()
+                let data = DistributedGrid { grid, decomposition: Some(&decomposition.unwrap()), layers: &layers() };
+                renderer.render_decomposed(ranks, &scene, data, &at_centers(&values, INTERFACES)).unwrap()
             }));
             assert_eq!(differ(&frame, &sure), 0, "rises: {rises}, {partition}");
         }
@@ -248,31 +178,19 @@ fn bad_data_on_one_rank_are_the_error_of_all() {
     ];
     let mut scene = scene(FAR, "", "");
     scene.scenery.heights = Heights::Native;
-    let owner: Vec<usize> = (0..mesh.cells()).map(|cell| cell % 3).collect();
-    let spread = Spread::new(&mesh, 3, &owner);
     for (name, damage, kind, words) in cases {
-        let render = |ranks: &mut Ranks, grid: &Grid, part: Option<&Part>, model: &Model| {
-            let fields = model.fields();
-            let fields = if ranks.rank() == 1 { damage(fields, model) } else { fields };
-            let renderer = Renderer::new(1).unwrap();
-            let refusal = refusal(renderer.render_over(ranks, &scene, grid, part, &layers(), fields));
-            // The next frame is drawn.
-            renderer.render_over(ranks, &scene, grid, part, &layers(), model.fields()).unwrap();
-            refusal
-        };
-        let tiles = on_ranks(3, |ranks| {
-            let model = Model::whole(&mesh, 0, Location::Corner);
-            render(ranks, &Grid::new(mesh.tables()).unwrap(), None, &model)
-        });
-        let parts = spread.each(|ranks, culled, part| {
-            let rows = (&culled.cells[..], &culled.corners[..]);
-            let model = Model::new(&mesh, 0, rows, Location::Corner);
-            render(ranks, &culled.grid(), Some(&part.unwrap()), &model)
-        });
         println!("{name}");
-        for refusals in [tiles, parts] {
-            assert_same_refusal(&refusals, kind, &format!("rank 1: {words}"));
-        }
+        let refusals = on_ranks(3, |ranks| {
+            let (model, grid) = (Model::whole(&mesh, 0, Location::Corner), Grid::new(mesh.tables()).unwrap());
+            let fields = model.fields();
+            let fields = if ranks.rank() == 1 { damage(fields, &model) } else { fields };
+            let renderer = Renderer::new(1).unwrap();
+            let refusal = refusal(renderer.render_over(ranks, &scene, &grid, &layers(), fields));
+            // The next frame is drawn.
+            renderer.render_over(ranks, &scene, &grid, &layers(), model.fields()).unwrap();
+            refusal
+        });
+        assert_same_refusal(&refusals, kind, &format!("rank 1: {words}"));
     }
 }
 
@@ -298,7 +216,7 @@ fn other_values_beside_the_first_field_are_noticed() {
             }
             let grid = Grid::new(mesh.tables()).unwrap();
             let renderer = Renderer::new(1).unwrap();
-            refusal(renderer.render_over(ranks, &scene, &grid, None, &layers(), model.fields()))
+            refusal(renderer.render_over(ranks, &scene, &grid, &layers(), model.fields()))
         });
         assert_same_refusal(&refusals, ErrorKind::Mpi, words);
     }

@@ -4,10 +4,10 @@
 
 #![allow(dead_code, reason = "each test takes what it needs of this")]
 
-use super::common::{on_nodes, on_ranks};
+use super::common::on_nodes;
 use super::culled::{Culled, Mark, Style, towards};
 use glam::DVec3;
-use icoray::{Decomposition, Grid, IcosahedralMesh, Owned, Part, PartCells, Ranks};
+use icoray::{Decomposition, Grid, IcosahedralMesh, Owned, PartCells, Ranks};
 use icoray_test_support::Random;
 
 /// A mesh of which each cell has an owner.
@@ -69,13 +69,13 @@ impl Spread {
         PartCells { global: self.global[rank].as_slice().into(), owned: Owned::Marked(&self.owned[rank]) }
     }
 
-    /// What `work` makes of each rank's grid and part.
-    pub fn each<R: Send>(&self, work: impl Fn(&mut Ranks, &Culled, Result<Part, icoray::Error>) -> R + Sync) -> Vec<R> {
-        on_ranks(self.parts.len(), |ranks| {
-            let culled = &self.parts[ranks.rank()];
-            let part = Part::new(ranks, &culled.grid(), &self.cells(ranks.rank()));
-            work(ranks, culled, part)
-        })
+    /// As [`Self::on_nodes`], where each rank is a node of its own.
+    pub fn each<R: Send>(
+        &self,
+        work: impl Fn(&mut Ranks, &Culled, &Grid, Result<Decomposition, icoray::Error>) -> R + Sync,
+    ) -> Vec<R> {
+        let node_of: Vec<usize> = (0..self.parts.len()).collect();
+        self.on_nodes(&node_of, work)
     }
 }
 

@@ -1,0 +1,131 @@
+//! Finds the owners of cells and corners that have numbers in the whole grid.
+//!
+//! A distributed directory: rank `g mod ranks` stores the owner of number g, which the owner registers and ranks with
+//! the cell or corner in their halo look up. So no rank ever stores numbers of the whole grid.
+
+use super::cells::{ColumnKind, NONE, Numbered, PartCells};
+use super::wire::{decode_lists, encode_lists};
+use super::{Ranks, bad};
+use icoray_grid::{Error, ErrorKind, Grid, Result};
+use std::collections::HashMap;
+
+/// The ownership of cells that ranks with parts have agreed on.
+pub(super) struct CellOwners {
+    /// Number of each cell in the whole grid, from 0.
+    pub global: Vec<u64>,
+    /// Rank that owns each cell.
+    pub owner: Vec<u32>,
+}
+
+impl CellOwners {
+    /// Agrees on the owner of each cell, which has all triangles around it. Collective; `grid` is this rank's own.
+    pub fn agree(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
+        let numbered = ranks.attempt(|| read(grid, cells));
+        let numbered = ranks.collective(numbered)?;
+        let (rows, base) = (0..grid.cells(), i64::from(grid.tables().index_base));
+        let own = rows.clone().filter(|cell| numbered.is_own[*cell]).map(|cell| numbered.global[cell]);
+        let wanted: Vec<usize> = rows.filter(|cell| numbered.global[*cell] != NONE).collect();
+        let numbers: Vec<u64> = wanted.iter().map(|cell| numbered.global[*cell]).collect();
+        let nobodys = |rank, cell| format!("{cell} is in the halo of rank {rank}, but owned by no rank");
+        let found = find_owners(ranks, (ColumnKind::Cell, base), own, &numbers, nobodys)?;
+        let mut owner = vec![u32::MAX; grid.cells()];
+        wanted.into_iter().zip(found).for_each(|(cell, found)| owner[cell] = found);
+        check_halos(ranks, grid, &numbered, &owner)?;
+        Ok(CellOwners { global: numbered.global, owner })
+    }
+}
+
+/// Reads the numbers and marks of cells, and checks that all cells of triangles have numbers.
+fn read(grid: &Grid, cells: &PartCells) -> Result<Numbered> {
+    let base = i64::from(grid.tables().index_base);
+    let numbered = cells.read(grid.cells(), base)?;
+    let is_missing = |cell: &u32| numbered.global[*cell as usize] == NONE;
+    if let Some(cell) = triangles(grid).flatten().find(is_missing) {
+        let (row, none) = (i64::from(cell) + base, base - 1);
+        return Err(bad(format!("cell_global row {row}: {none}, expected a number, as a triangle has this cell")));
+    }
+    Ok(numbered)
+}
+
+/// The cells of each triangle.
+fn triangles(grid: &Grid) -> impl Iterator<Item = [u32; 3]> {
+    (0..grid.triangles() as u32).filter(|t| grid.is_triangle(*t)).map(|t| grid.triangle(t))
+}
+
+/// The owners of the `wanted` numbers of cells or corners, of which each rank registers its `own` ones. `base` is the
+/// first number in the model's counting; `nobodys` is the message of a number that a rank wants and none owns, from
+/// that rank and from the number's name. Collective.
+///
+/// # Errors
+/// Equal on all ranks: [`ErrorKind::Grid`] if two ranks own a number, or none owns one that is wanted.
+pub(super) fn find_owners(
+    ranks: &mut Ranks,
+    (kind, base): (ColumnKind, i64),
+    own: impl Iterator<Item = u64>,
+    wanted: &[u64],
+    nobodys: impl Fn(usize, String) -> String,
+) -> Result<Vec<u32>> {
+    let size = ranks.size();
+    let keeper = |number: u64| (number % size as u64) as usize;
+    let (mut registered, mut requested) = (vec![Vec::new(); size], vec![Vec::new(); size]);
+    own.for_each(|number| registered[keeper(number)].push(number));
+    wanted.iter().for_each(|number| requested[keeper(*number)].push(*number));
+    let registered = ranks.exchange(encode_lists(&registered))?;
+    let requested = ranks.exchange(encode_lists(&requested))?;
+    let name = |number: u64| format!("{} {}", kind.name(), number as i64 + base);
+    let answers = ranks.attempt(|| {
+        let mut owner = HashMap::new();
+        for (rank, numbers) in decode_lists::<u64>(&registered)?.into_iter().enumerate() {
+            for number in numbers {
+                if let Some(other) = owner.insert(number, rank as u32) {
+                    let what = name(number);
+                    return Err(bad(format!("{what} is owned by ranks {other} and {rank}, expected one owner")));
+                }
+            }
+        }
+        let owner_of =
+            |rank: usize, number: u64| owner.get(&number).copied().ok_or_else(|| bad(nobodys(rank, name(number))));
+        let requested = decode_lists::<u64>(&requested)?.into_iter().enumerate();
+        let of_rank =
+            |(rank, numbers): (usize, Vec<u64>)| numbers.into_iter().map(|number| owner_of(rank, number)).collect();
+        requested.map(of_rank).collect::<Result<Vec<Vec<u32>>>>()
+    });
+    let answers = ranks.collective(answers)?;
+    let received = ranks.exchange(encode_lists(&answers))?;
+    let owners = ranks.attempt(|| {
+        let mut answers: Vec<_> = decode_lists::<u32>(&received)?.into_iter().map(Vec::into_iter).collect();
+        let cut = || Error::new(ErrorKind::Mpi, format!("owners of {}s are cut short", kind.name()));
+        wanted.iter().map(|number| answers[keeper(*number)].next().ok_or_else(cut)).collect()
+    });
+    ranks.collective(owners)
+}
+
+/// Checks that each owner has all triangles around its cells that other ranks have in their halos. Collective.
+fn check_halos(ranks: &mut Ranks, grid: &Grid, Numbered { global, is_own }: &Numbered, owner: &[u32]) -> Result<()> {
+    let mut around = vec![0u32; grid.cells()];
+    triangles(grid).flatten().for_each(|cell| around[cell as usize] += 1);
+    let mut halo = vec![Vec::new(); ranks.size()];
+    for cell in (0..grid.cells()).filter(|cell| !is_own[*cell] && global[*cell] != NONE) {
+        halo[owner[cell] as usize].push((global[cell], around[cell]));
+    }
+    let received = ranks.exchange(encode_lists(&halo))?;
+    let checked = ranks.attempt(|| {
+        let own = (0..grid.cells()).filter(|cell| is_own[*cell]).map(|cell| (global[cell], around[cell]));
+        let own: HashMap<u64, u32> = own.collect();
+        for (rank, halo) in decode_lists::<(u64, u32)>(&received)?.into_iter().enumerate() {
+            for (number, seen) in halo {
+                let here = own.get(&number).copied();
+                let here = here.ok_or_else(|| Error::new(ErrorKind::Internal, format!("cell {number} is not here")))?;
+                if here < seen {
+                    let number = number as i64 + i64::from(grid.tables().index_base);
+                    return Err(bad(format!(
+                        "own cell {number} has {here} triangles here and {seen} in the halo of rank {rank}, expected \
+                         all of them: a halo at least one cell wide"
+                    )));
+                }
+            }
+        }
+        Ok(())
+    });
+    ranks.collective(checked)
+}
