@@ -1,11 +1,10 @@
-//! Pictures of meshes with holes against brute force over all triangles in double-double, and a real ocean without
-//! land.
+//! Pictures of meshes with holes against the oracle by brute force over all triangles, and a real ocean without land.
 
 use glam::DVec3;
 use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Stretch, Traversal};
 use icoray_reference::comparison::pixel_error;
+use icoray_reference::oracle::{Data, NamedField, Oracle, PANEL};
 use icoray_reference::ray::Ray;
-use icoray_reference::truth::Truth;
 use icoray_test_support::data_file;
 use rayon::prelude::*;
 use std::ops::ControlFlow;
@@ -41,11 +40,13 @@ fn measure(renderer: &Renderer, grid: &Grid, scene: &Scene) -> (f64, usize) {
     let values = values(grid);
     let field = Field::level_fastest(&values, RADIUS.len(), Location::Center).unwrap();
     let frame = renderer.render(scene, grid, &layers, &field).unwrap();
-    let truth = Truth::new(grid, &field, &RADIUS, false, scene);
+    let fields = [NamedField { name: "f", values: values.clone() }];
+    let data = Data { grid, layers: &layers, heights: &[], fields: &fields };
+    let oracle = Oracle::new(scene, data, PANEL).unwrap();
     let pixel = |i: usize| {
         let ray = Ray::of_pixel(scene, i as u32);
         // A gap would be a place that no triangle covers, data or void.
-        let exact = truth.trace(&ray).unwrap_or_else(|t| panic!("a gap at {t} of {ray:?}"));
+        let exact = oracle.pixel(&ray).unwrap_or_else(|| panic!("a gap in {ray:?}"));
         (pixel_error(frame.pixels[i], &exact), usize::from(exact[3] > 0.0))
     };
     let pixels = (0..frame.pixels.len()).into_par_iter().map(pixel);

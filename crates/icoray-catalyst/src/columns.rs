@@ -4,10 +4,10 @@
 //! layers of any thickness: nothing is rounded. The radii of a column's ends determine which of them is the inner one.
 //! Points without edges are in one column if they have the same direction from the origin.
 
-use crate::directions::Directions;
 use crate::elements::Elements;
 use glam::DVec3;
 use icoray::{Error, Result};
+use icoray_dataset::DistinctPoints;
 use std::collections::HashMap;
 
 const NONE: u32 = u32::MAX;
@@ -52,7 +52,7 @@ impl Columns {
 
     /// The columns of elements that are points.
     fn of_points(elements: &Elements, place: impl Fn(u32) -> DVec3) -> Result<Self> {
-        let (mut directions, mut columns) = (Directions::new(SAME), Vec::<Vec<PointElement>>::new());
+        let (mut directions, mut columns) = (DistinctPoints::new(SAME), Vec::<Vec<PointElement>>::new());
         for element in 0..elements.len() {
             let point = elements.numbers_of(element)?[0];
             let (DVec3 { x, y, z }, radius) = (place(point), place(point).length());

@@ -17,7 +17,6 @@ mod channels;
 mod columns;
 mod conduit;
 mod context;
-mod directions;
 mod dump;
 mod elements;
 mod fields;

@@ -4,10 +4,9 @@
 //! same whole mesh together. Columns of different ranks in one place are one node of the mesh.
 
 use crate::columns::Columns;
-use crate::directions::{Directions, apart};
 use glam::DVec3;
 use icoray::{Error, Result};
-use icoray_dataset::Mesh;
+use icoray_dataset::{DistinctPoints, Mesh};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::path::Path;
@@ -153,7 +152,7 @@ impl Faces {
 
 /// The columns of points of all ranks as nodes of one mesh.
 struct Nodes {
-    directions: Directions,
+    directions: DistinctPoints,
     /// The node of each column of each rank.
     number: Vec<Vec<usize>>,
     /// The lowest rank that has each node.
@@ -162,7 +161,8 @@ struct Nodes {
 
 impl Nodes {
     fn of(pieces: &[Piece]) -> Result<Self> {
-        let mut nodes = Nodes { directions: Directions::new(tolerance(pieces)), number: Vec::new(), owner: Vec::new() };
+        let mut nodes =
+            Nodes { directions: DistinctPoints::new(tolerance(pieces)), number: Vec::new(), owner: Vec::new() };
         for (rank, piece) in pieces.iter().enumerate() {
             let first = nodes.owner.len();
             let mut number = Vec::with_capacity(piece.directions.len());
@@ -202,7 +202,8 @@ fn tolerance(pieces: &[Piece]) -> f64 {
         for polygon in &piece.polygons {
             for (k, a) in polygon.iter().enumerate() {
                 let b = polygon[(k + 1) % polygon.len()];
-                shortest = shortest.min(apart(piece.directions[*a as usize], piece.directions[b as usize]));
+                let [a, b] = [*a, b].map(|node| DVec3::from_array(piece.directions[node as usize]));
+                shortest = shortest.min(a.distance(b));
             }
         }
     }

@@ -191,9 +191,7 @@ impl Args {
             return Ok(None);
         }
         self.overrides.expect_none()?;
-        let failed = |e| Error::new(ErrorKind::Io, format!("{}: cannot read the scene: {e}", self.scene.display()));
-        let text = std::fs::read_to_string(&self.scene).map_err(failed)?;
-        Page::open(&self.directory, self.port, text, script).map(Some)
+        Page::open(&self.directory, self.port, input::scene_text(&self.scene)?, script).map(Some)
     }
 }
 

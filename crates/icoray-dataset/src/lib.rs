@@ -63,7 +63,7 @@ pub use heights::LayerHeights;
 pub use heights::native::{NativeHeights, NativeInfo};
 pub use layer_selection::LayerSelection;
 pub use layering::Layering;
-pub use mesh::{Mesh, MeshLayout};
+pub use mesh::{DistinctPoints, Mesh, MeshLayout};
 pub use native_height_cache::NativeHeightCache;
 pub use options::DatasetOptions;
 pub use sample::{Sample, SampleValues, SampleVariable};

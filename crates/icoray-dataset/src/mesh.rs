@@ -16,6 +16,7 @@ pub(crate) mod ugrid;
 
 pub(crate) use columns::{is_angle, is_coordinate};
 pub(crate) use one_mesh::{expect as expect_one_mesh, expect_one_name};
+pub use points::DistinctPoints;
 pub use tables::{Mesh, MeshLayout};
 
 use crate::sources::{IN_ANOTHER_FILE, Sources};

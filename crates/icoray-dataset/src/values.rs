@@ -105,7 +105,7 @@ impl ShapedValues {
 
     /// Sets values to NaN. Shared ones are copied first if any are affected.
     pub(crate) fn mask(&mut self, is_missing: impl Fn(f64) -> bool) {
-        if matches!(self.reals, Stored::Owned(_)) || self.any(&is_missing) {
+        if matches!(self.reals, Stored::Owned(_)) || self.all().any(&is_missing) {
             self.each(|value| if is_missing(value) { f64::NAN } else { value });
         }
     }
@@ -143,7 +143,16 @@ impl ShapedValues {
 
     /// The values of some columns.
     pub(crate) fn of_columns(&self, rows: &[u32]) -> Self {
-        self.made(rows.len(), |column| move |layer| self.as_reals().get(self.element(rows[column] as usize, layer)))
+        self.copied(rows.len(), |column| rows[column] as usize)
+    }
+
+    /// The values of this number of columns, which are there in `row`.
+    fn copied(&self, columns: usize, row: impl Fn(usize) -> usize) -> Self {
+        let reals = self.as_reals();
+        self.made(columns, |column| {
+            let row = row(column);
+            move |layer| reals.get(self.element(row, layer))
+        })
     }
 
     /// Values over this number of columns and the same layers, in the same precision; `column` returns the function
@@ -158,10 +167,6 @@ impl ShapedValues {
         let layer_stride = self.shape.layer_stride.signum().abs();
         let shape = Shape { layers: self.shape.layers, layer_stride, ..Shape::level_fastest(columns, layers) };
         ShapedValues { shape, reals: Stored::Owned(reals) }
-    }
-
-    fn any(&self, holds: impl Fn(f64) -> bool) -> bool {
-        self.all().any(holds)
     }
 
     /// All values.
@@ -193,17 +198,8 @@ impl ShapedValues {
 
     /// The values in owned memory; shared ones are copied, the layers of a column behind each other.
     fn owned(&mut self) -> &mut OwnedReals {
-        if let Stored::Shared(memory) = &self.reals {
-            let layers = self.stored_layers();
-            let places = (0..self.shape.columns).flat_map(|column| (0..layers).map(move |layer| (column, layer)));
-            let elements = places.map(|(column, layer)| self.element(column, layer));
-            let copied = match memory.reals() {
-                Reals::F32(v) => OwnedReals::F32(elements.map(|i| v[i]).collect()),
-                Reals::F64(v) => OwnedReals::F64(elements.map(|i| v[i]).collect()),
-            };
-            let layer_stride = self.shape.layer_stride.signum().abs();
-            self.shape = Shape { layer_stride, column_stride: layers as isize, offset: 0, ..self.shape };
-            self.reals = Stored::Owned(copied);
+        if matches!(self.reals, Stored::Shared(_)) {
+            *self = self.copied(self.shape.columns, |column| column);
         }
         match &mut self.reals {
             Stored::Owned(reals) => reals,

@@ -66,6 +66,13 @@ impl<'a> PreparedJob<'a> {
         field.value(cell as usize, row)
     }
 
+    /// All values, level-fastest, each column from the innermost layer on.
+    pub fn values(&self) -> Vec<f64> {
+        let (field, layers) = (self.field(), self.radius.len());
+        let places = (0..self.grid.cells() as u32).flat_map(|cell| (0..layers).map(move |layer| (cell, layer)));
+        places.map(|(cell, layer)| self.value(&field, cell, layer)).collect()
+    }
+
     /// Values at the frustum's cells, on its lower and its upper layer; `None` when one is missing.
     #[inline]
     pub fn vertices(&self, frustum: &Frustum) -> Option<[[f64; 3]; 2]> {

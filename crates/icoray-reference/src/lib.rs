@@ -1,15 +1,13 @@
 //! References for the pictures of icoray, which share no code with its kernels.
 //!
 //! - [`oracle`] renders scenes to ten digits in f64;
-//! - [`truth`] is the exact integral of one volume in double-double;
-//! - [`stability`] compares hard cases with [`truth`], [`random`] random scenes with [`oracle`], ray by ray;
+//! - [`stability`] compares hard cases, and [`random`] random scenes, with [`oracle`], ray by ray;
 //! - [`radial`] is the paper's Figure 6: perfect spheres;
 //! - [`methods`] are the rendering methods that the paper compares with.
 
 mod columns;
 pub mod comparison;
 mod double_double;
-mod gauss;
 pub mod job;
 mod layered_column;
 pub mod methods;
@@ -20,7 +18,6 @@ pub mod ray;
 pub mod shading;
 pub mod sphere;
 pub mod stability;
-pub mod truth;
 
 // The meshes with holes of icoray's own tests; they name these types of their parent.
 #[path = "../../icoray/tests/suite/culled/mod.rs"]

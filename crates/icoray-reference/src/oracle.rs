@@ -58,11 +58,8 @@ pub fn brute_force(job: &Job, renderer: &Renderer) -> Result<Vec<[f64; 4]>> {
 /// Prepares a job for `work`.
 fn with<R>(job: &Job, work: impl FnOnce(&Oracle, &PreparedJob) -> R) -> Result<R> {
     let prepared = PreparedJob::new(job)?;
-    let (field, layers) = (prepared.field(), prepared.radius.len());
-    let places = (0..job.grid.cells() as u32).flat_map(|cell| (0..layers).map(move |layer| (cell, layer)));
-    let values = places.map(|(cell, layer)| prepared.value(&field, cell, layer)).collect();
-    let layers = job.layers.for_field(layers)?;
-    let fields = [NamedField { name: &job.scene.volumes[0].field, values }];
+    let layers = job.layers.for_field(prepared.radius.len())?;
+    let fields = [NamedField { name: &job.scene.volumes[0].field, values: prepared.values() }];
     let data = Data { grid: job.grid, layers: &layers, heights: &[], fields: &fields };
     Ok(work(&Oracle::new(job.scene, data, PANEL)?, &prepared))
 }

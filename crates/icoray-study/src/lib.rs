@@ -63,7 +63,7 @@ pub enum Study {
     Ranks(ranks::Options),
     /// Seconds per frame and frusta per second for four transfer functions.
     Speed(speed::Options),
-    /// Error, bound and lost rays in some 200 hard cases, against the exact integral in double-double.
+    /// Error, bound and lost rays in some 200 hard cases, against the exact integral.
     Stability(stability::Options),
     /// Frame time, memory and error beside VTK's renderers of unstructured grids.
     Vtk(vtk::Options),

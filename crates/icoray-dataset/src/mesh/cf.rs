@@ -7,7 +7,7 @@
 
 use super::angles::{distance, of_directions, positions, read_bounds};
 use super::columns::{number_of_fields, of_points};
-use super::points;
+use super::points::DistinctPoints;
 use super::polygons::Polygons;
 use super::tables::{Mesh, MeshLayout, Positions};
 use crate::source::{Source, SourceVariable};
@@ -84,7 +84,15 @@ impl<'a> PolygonVariables<'a> {
             None if are_corners => of_directions(directions.as_chunks().0.iter().map(|three| circumcenter(*three))),
             None => of_directions(directions.chunks_exact(row).map(sum)),
         };
-        let (numbers, first) = points::number(directions.into_iter(), SAME * shortest);
+        let (mut found, mut first) = (DistinctPoints::new(SAME * shortest), Vec::new());
+        let number = |(direction, i)| {
+            let number = found.find_or_add(direction);
+            if number == first.len() {
+                first.push(i);
+            }
+            number as i32
+        };
+        let numbers = directions.into_iter().zip(0..).map(number).collect::<Vec<i32>>();
         let points = bounds.of_rows(&first);
         let mesh = match are_corners {
             true => Mesh::of_triangles(source.path(), MeshLayout::Triangles, [points, center], numbers),

@@ -1,10 +1,13 @@
-//! Renders one case in f64 and f32 and compares each pixel with the exact integral.
+//! Renders one case in f64 and f32 and compares each pixel with the oracle's.
 
 use super::cases::Case;
+use crate::columns::{Column, columns};
 use crate::comparison::pixel_error;
+use crate::double_double::Dd;
+use crate::job::{Job, PreparedJob};
+use crate::oracle::{Data, NamedField, Oracle, PANEL};
 use crate::ray::Ray;
-use crate::truth::{self, Truth};
-use icoray::{Error, ErrorKind, Frame, Grid, Precision, Renderer, Result, Scene, Stretch, Traversal};
+use icoray::{Error, ErrorKind, Frame, Grid, Precision, Renderer, Result, Scene, Stretch};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 
@@ -56,10 +59,11 @@ fn max_difference(a: &[f64; 4], b: &[f64; 4]) -> f64 {
 
 /// Data for checking the rays of one case.
 struct CaseCheck<'c> {
-    case: &'c Case,
-    truth: Truth<'c>,
-    shell: Vec<f64>,
-    traversal: Traversal<'c>,
+    prepared: &'c PreparedJob<'c>,
+    oracle: Oracle<'c>,
+    /// The same with each value one unit in the last place of f32 lower, or higher, relative to the transfer function's
+    /// range.
+    moved: [Oracle<'c>; 2],
 }
 
 /// Draws a case and checks every ray.
@@ -70,10 +74,20 @@ pub(super) fn measure(renderer: &Renderer, grid: &Grid, case: &Case) -> Result<R
         renderer.render(&scene, grid, &case.layers, &field)
     };
     let frames = [frame(RUNS[0])?, frame(RUNS[1])?, frame(RUNS[2])?];
-    let shell = case.layers.shell(case.scene.exaggeration)?;
-    let truth = Truth::new(grid, &field, &shell, case.layers.is_falling(), &case.scene);
-    let traversal = Traversal::new(grid, &shell)?;
-    let checker = CaseCheck { case, truth, shell: shell.clone(), traversal };
+    let job = Job { scene: &case.scene, grid, layers: &case.layers, field: &field };
+    let prepared = &PreparedJob::new(&job)?;
+    let volume = &case.scene.volumes[0];
+    let [low, high] = volume.transfer.range();
+    let unit = f64::from(f32::EPSILON) * if high > low { high - low } else { 1.0 };
+    let fields = [0.0, -unit, unit].map(|by| {
+        let values = prepared.values().into_iter().map(|value| value + by).collect();
+        [NamedField { name: &volume.field, values }]
+    });
+    let oracle = |k: usize| {
+        let data = Data { grid, layers: &case.layers, heights: &[], fields: &fields[k] };
+        Oracle::new(&case.scene, data, PANEL)
+    };
+    let checker = CaseCheck { prepared, oracle: oracle(0)?, moved: [oracle(1)?, oracle(2)?] };
     let pixels = (0..case.scene.width * case.scene.height).into_par_iter();
     renderer.run(|| {
         let checks = pixels.map(|i| checker.ray(&frames, i)).collect::<Result<Vec<_>>>()?;
@@ -97,19 +111,17 @@ struct RayCheck {
     lost: bool,
 }
 
-/// Converts the reference's failure to an error.
-fn found<T>(ray: &Ray, result: std::result::Result<T, f64>) -> Result<T> {
-    result.map_err(|t| Error::new(ErrorKind::Internal, format!("the reference loses {ray:?} at {t}")))
+/// The pixel of a ray; an error where the mesh has a gap.
+fn exact(oracle: &Oracle, ray: &Ray) -> Result<[f64; 4]> {
+    oracle.pixel(ray).ok_or_else(|| Error::new(ErrorKind::Internal, format!("the reference loses {ray:?}")))
 }
 
 impl CaseCheck<'_> {
     fn ray(&self, frames: &[Frame; 3], i: u32) -> Result<RayCheck> {
-        let (scene, index) = (&self.case.scene, i as usize);
-        let ray = Ray::of_pixel(scene, i);
-        let path = found(&ray, self.truth.stretches(&ray))?;
-        let exact = self.truth.light(&path);
-        let error = [0, 1, 2].map(|k: usize| pixel_error(frames[k].pixels[index], &exact));
-        Ok(RayCheck { ray, exact, error, lost: self.is_lost(&ray, &path) })
+        let ray = Ray::of_pixel(self.prepared.scene, i);
+        let exact = exact(&self.oracle, &ray)?;
+        let error = [0, 1, 2].map(|k: usize| pixel_error(frames[k].pixels[i as usize], &exact));
+        Ok(RayCheck { ray, exact, error, lost: self.is_lost(&ray) })
     }
 
     /// Largest errors of a run, of all rays and of well-posed ones.
@@ -144,11 +156,11 @@ impl CaseCheck<'_> {
         let mut max = 0.0f64;
         for aside in [x, -x, y, -y, x + y, x - y, y - x, -x - y] {
             let near = Ray { eye: ray.eye + step * aside, dir: ray.dir };
-            max = max.max(max_difference(&found(&near, self.truth.trace(&near))?, exact));
+            max = max.max(max_difference(&self::exact(&self.oracle, &near)?, exact));
         }
         if precision == Precision::F32 {
-            for by in [-f64::from(f32::EPSILON), f64::from(f32::EPSILON)] {
-                max = max.max(max_difference(&found(ray, self.truth.shifted(by).trace(ray))?, exact));
+            for moved in &self.moved {
+                max = max.max(max_difference(&self::exact(moved, ray)?, exact));
             }
         }
         Ok(max)
@@ -156,37 +168,43 @@ impl CaseCheck<'_> {
 
     /// Whether the traversal misses a part of the ray between outermost and innermost layer. Parts within rounding of
     /// the shell's surfaces do not count.
-    fn is_lost(&self, ray: &Ray, path: &[truth::Stretch]) -> bool {
-        let walked = self.walked(ray);
-        let size = 1.0 + ray.eye.length();
-        let (low, high) = (self.shell[0], self.shell[self.shell.len() - 1]);
-        for stretch in path.iter().filter(|s| s.layer.is_some()) {
-            let [from, to] = stretch.t.map(|t| t.to_f64());
-            let mut at = from;
-            for [start, end] in walked.iter().filter(|w| w[1] > from && w[0] < to) {
-                if *start > at + 1e-12 * size && self.is_inside(stretch, 0.5 * (at + start), [low, high]) {
+    fn is_lost(&self, ray: &Ray) -> bool {
+        let (walked, size) = (self.walked(ray), 1.0 + ray.eye.length());
+        let radius = &self.prepared.radius;
+        let [low, high] = [radius[0], radius[radius.len() - 1]];
+        let inner = self.prepared.scene.core.map(|_| low);
+        for column in columns(self.prepared.grid, ray, high, inner).unwrap_or_default() {
+            let is_inside = |t: f64| {
+                let height = column.height(t.into()).to_f64();
+                (height - low).min(high - height) > 1e-11
+            };
+            let reach = if column.is_void { None } else { part_between(&column, [low, high]) };
+            if let Some([from, to]) = reach {
+                let mut at = from;
+                for [start, end] in walked.iter().filter(|w| w[1] > from && w[0] < to) {
+                    if *start > at + 1e-12 * size && is_inside(0.5 * (at + start)) {
+                        return true;
+                    }
+                    at = at.max(*end);
+                }
+                if to > at + 1e-12 * size && is_inside(0.5 * (at + to)) {
                     return true;
                 }
-                at = at.max(*end);
             }
-            if to > at + 1e-12 * size && self.is_inside(stretch, 0.5 * (at + to), [low, high]) {
-                return true;
+            // An opaque core ends the ray.
+            let [start, end] = column.t.map(|t| column.height(t).to_f64());
+            if inner.is_some() && start.min(end) < low {
+                return false;
             }
         }
         false
     }
 
-    /// Whether the ray's point at `t` lies clearly inside the shell.
-    fn is_inside(&self, stretch: &truth::Stretch, t: f64, [low, high]: [f64; 2]) -> bool {
-        let height = stretch.column.height(t.into()).to_f64();
-        (height - low).min(high - height) > 1e-11
-    }
-
     /// The parts of the ray in the traversal's frusta.
     fn walked(&self, ray: &Ray) -> Vec<[f64; 2]> {
         let (mut parts, mut hint) = (Vec::new(), 0);
-        let solid = self.case.scene.core.is_some();
-        self.traversal.ray(ray.eye, ray.dir, &mut hint, |stretch| match stretch {
+        let solid = self.prepared.scene.core.is_some();
+        self.prepared.traversal.ray(ray.eye, ray.dir, &mut hint, |stretch| match stretch {
             Stretch::Frustum(f) => {
                 parts.push(f.t);
                 ControlFlow::Continue(())
@@ -196,4 +214,15 @@ impl CaseCheck<'_> {
         });
         parts
     }
+}
+
+/// The distances between which a column lies between two radii: its height is linear along the ray.
+pub(super) fn part_between(column: &Column, radii: [f64; 2]) -> Option<[f64; 2]> {
+    let [from, to] = column.t.map(Dd::to_f64);
+    let [a, b] = match radii.map(|radius| column.reaches(radius)) {
+        [Some(low), Some(high)] => [low.to_f64(), high.to_f64()],
+        _ => [from, to],
+    };
+    let [start, end] = [from.max(a.min(b)), to.min(a.max(b))];
+    (start < end).then_some([start, end])
 }

@@ -53,8 +53,8 @@ const INTRODUCTION: &str = "# Stability
 
 Written by `icoray-study stability --large`. Each case is a small picture, drawn in f64 and in f32 with the scene's
 `tolerance` as the column says. The error is the largest over all pixels and channels (premultiplied linear, 0 to 1)
-against the exact integral for the same inputs. That is computed in double-double (31 digits) by other means: every
-triangle is asked for its part of the ray, and Gauss quadrature goes in steps of little optical depth. A picture's
+against the exact integral for the same inputs. That is computed by other means: every triangle is asked for its part of
+the ray in double-double (31 digits), and Gauss quadrature in f64 goes in steps of little optical depth. A picture's
 pixels are f32; half a unit in their last place is taken off each error, so 0 means that all pixels are rounded from a
 number that is right to some 1e-10.
 
