@@ -297,6 +297,8 @@ module icoray
     !> Mean number of cells that fall into these pixels. From 4 on, with samples = 1, the log has a hint once per
     !> view.
     real(c_double) :: cells_per_pixel_mean = 0
+    !> The coarser grid on which rays were traced: 0 is the model's own, and larger ones have fewer cells.
+    integer(c_int32_t) :: level = 0
   end type icoray_frame_report
 
   !> Opens a context for one process, without MPI. In a job of several MPI ranks rank 0 logs a warning, once.

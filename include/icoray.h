@@ -489,6 +489,10 @@ typedef struct icoray_frame_report {
    * view.
    */
   double cells_per_pixel_mean;
+  /**
+   * The coarser grid on which rays were traced: 0 is the model's own, and larger ones have fewer cells.
+   */
+  int32_t level;
 } icoray_frame_report;
 
 /**

@@ -44,7 +44,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let description = view::describe(&opened.file, suggested::command(selection, None));
     let options = Options { port: args.port, size, is_framed: false };
     let live = LiveView::open(&options, description, text, time, reader)?;
-    opened.renderer = opened.renderer.with_stop(live.stop());
+    opened.renderer = opened.renderer.with_levels().with_stop(live.stop());
     writeln!(out, "view      {}\n          ends with Ctrl-C", live.address())?;
     out.flush()?;
     Viewer::new(&opened.file, &grid, &opened.renderer, &selection.layer_option.layers, &live).run();

@@ -125,6 +125,12 @@ impl<'a> Field<'a> {
         self.number
     }
 
+    /// The same field with the number of another one, with which it shares its values over another grid.
+    #[must_use]
+    pub fn numbered(self, number: u64) -> Self {
+        Field { number, ..self }
+    }
+
     /// The layout of the array.
     pub fn shape(&self) -> &Shape {
         &self.shape
@@ -147,6 +153,30 @@ impl<'a> Field<'a> {
     #[inline]
     pub fn value(&self, column: usize, layer: usize) -> f64 {
         self.value_or_nan(self.samples.get(self.elements.at(self.elements.base(column), layer)))
+    }
+
+    /// Reads a column's values; NaN for a missing one.
+    ///
+    /// # Panics
+    /// When the column is out of range, or there are fewer layers than `values`.
+    pub fn read_column(&self, column: usize, values: &mut [f64]) {
+        match self.samples {
+            Reals::F32(samples) => self.read_column_in(samples, column, values),
+            Reals::F64(samples) => self.read_column_in(samples, column, values),
+        }
+    }
+
+    #[inline]
+    fn read_column_in<S: Sample>(&self, samples: &[S], column: usize, values: &mut [f64]) {
+        let base = self.elements.base(column);
+        let start = self.elements.at(base, 0);
+        if self.shape.layer_stride == 1 {
+            let column = &samples[start..start + values.len()];
+            values.iter_mut().zip(column).for_each(|(value, sample)| *value = self.value_or_nan(sample.wide()));
+        } else {
+            let layers = values.iter_mut().enumerate();
+            layers.for_each(|(layer, value)| *value = self.value_or_nan(samples[self.elements.at(base, layer)].wide()));
+        }
     }
 
     /// Values of three columns at `layer`; NaN for a missing one.

@@ -8,6 +8,7 @@
 pub mod array;
 pub mod block;
 mod description;
+pub mod deviation;
 mod error;
 pub mod field;
 pub mod gradient;
@@ -34,8 +35,8 @@ pub use description::Description;
 pub use error::{Error, ErrorKind, Result};
 pub use field::{CenterField, CornerColumns, Field, Location};
 pub use grid::{
-    Connectivity, Grid, GridTables, IcosahedralMesh, Indices, LonLat, MAX_LEVEL, OwnedGrid, OwnedTables, circumcenter,
-    cut_polygon,
+    CellsOver, CoarseGrid, Connectivity, Grid, GridTables, IcosahedralMesh, Indices, LonLat, MAX_LEVEL, OwnedGrid,
+    OwnedTables, circumcenter, cut_polygon,
 };
 pub use layers::Layers;
 pub use layout::{ColumnCount, Dimension};

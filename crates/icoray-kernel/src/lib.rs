@@ -18,6 +18,7 @@
 mod budget;
 pub mod column;
 mod counts;
+mod deviation;
 pub mod empty_space_skipping;
 mod fragment;
 pub mod general;
@@ -43,6 +44,7 @@ pub mod walk;
 
 pub use budget::{Budget, FAINTEST};
 pub use counts::Counts;
+pub use deviation::Deviations;
 pub use fragment::Fragment;
 pub use packet::{PacketScene, beyond_gathers};
 pub use scene_tracer::{SceneTracer, passages};

@@ -26,7 +26,7 @@ impl KernelKnot {
         without_straight(&knots.collect::<Vec<_>>())
     }
 
-    fn channels(&self) -> [f64; 4] {
+    pub(crate) fn channels(&self) -> [f64; 4] {
         let [r, g, b] = self.color;
         [r, g, b, self.extinction]
     }

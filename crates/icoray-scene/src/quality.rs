@@ -36,6 +36,8 @@ pub struct Quality {
     pub tolerance: f64,
     /// Light.
     pub lights: Lights,
+    /// The coarser grid on which pixels were traced, of those that the renderer has made; 0 is the model's own grid.
+    pub level: u32,
 }
 
 impl Quality {
@@ -46,6 +48,9 @@ impl Quality {
 impl fmt::Display for Quality {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "tolerance {:e}, light {}, ", self.tolerance, self.lights)?;
+        if self.level > 0 {
+            write!(f, "level {} of the grid, ", self.level)?;
+        }
         match self.pixel_step {
             1 => f.write_str("every pixel traced"),
             step => write!(f, "one of {step} x {step} pixels traced"),
@@ -55,6 +60,6 @@ impl fmt::Display for Quality {
 
 impl Default for Quality {
     fn default() -> Self {
-        Quality { pixel_step: 1, tolerance: Scene::DEFAULT_TOLERANCE, lights: Lights::Off }
+        Quality { pixel_step: 1, tolerance: Scene::DEFAULT_TOLERANCE, lights: Lights::Off, level: 0 }
     }
 }

@@ -10,6 +10,7 @@ mod fig9;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod gradients;
+mod levels;
 mod live;
 mod montage;
 mod orders;
@@ -42,6 +43,8 @@ pub enum Study {
     Fig6(fig6::Options),
     /// Seconds of scenes in which ray casting is easily slow, beside scenes that should cost about as much.
     Corners(corners::Options),
+    /// Measures pictures on coarser grids.
+    Levels(levels::Options),
     /// Error against run time of all methods on all scenes: table, plots and a verdict.
     Error(error::Options),
     /// The paper's Figure 8: close-ups by several interpolations with their amplified errors, at equal step and time.
@@ -78,6 +81,7 @@ impl Study {
         match self {
             Study::Fig6(options) => fig6::run(options, out),
             Study::Corners(options) => corners::run(options, out),
+            Study::Levels(options) => levels::run(options, out),
             Study::Error(options) => error::run(options, out),
             Study::Fig8(options) => fig8::run(options, out),
             Study::Fig9(options) => fig9::run(options, out),

@@ -22,7 +22,7 @@ mod client;
 #[derive(Debug, Clone, clap::Args)]
 pub struct Options {
     /// Bisections of the icosahedron x layers, one size after another.
-    #[arg(long, value_delimiter = ',', value_parser = speed::size, default_value = "5x26,7x26,8x26")]
+    #[arg(long, value_delimiter = ',', value_parser = speed::size, default_value = "5x26,7x26,8x26,9x26")]
     pub sizes: Vec<Size>,
     /// Rendering threads; 0 is the number of processors.
     #[arg(long, default_value_t = 0)]
@@ -109,7 +109,7 @@ fn watched(sphere: &Sphere, options: &Options, light: &str) -> Result<Seen> {
     let read = |text: &str| Ok(vec![NamedScene { name: String::new(), scene: Scene::parse(text)? }]);
     let live_options = LiveOptions { port: None, size: PictureSize::Viewer, is_framed: false };
     let live = LiveView::open(&live_options, Description::default(), scene(light), 0, Box::new(read))?;
-    let renderer = Renderer::new(options.threads)?.with_stop(live.stop());
+    let renderer = Renderer::new(options.threads)?.with_levels().with_stop(live.stop());
     thread::scope(|scope| {
         let client = scope.spawn(|| {
             let seen = turn(Client::new(&live.address()), options.turns);
@@ -127,9 +127,12 @@ fn watched(sphere: &Sphere, options: &Options, light: &str) -> Result<Seen> {
     })
 }
 
-/// Turns the globe and waits for the picture of each turn, then for that at rest.
+/// Turns the globe and waits for the picture of each turn, then for that at rest; after a first turn, whose picture at
+/// rest makes the grid's levels of detail.
 fn turn(mut client: Client, turns: usize) -> Result<Seen> {
     let first = client.set(None, REST, false)?;
+    client.picture_of(first, true)?;
+    let first = client.set(Some(1.0), REST, false)?;
     client.picture_of(first, true)?;
     let (mut waits_s, mut coarsest) = (Vec::new(), (0.0, String::new()));
     let start = Instant::now();

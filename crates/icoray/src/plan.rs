@@ -111,6 +111,11 @@ impl Plan {
         self.radius[self.radius.len() - 1] - self.radius[0]
     }
 
+    /// The plan of the same scene with layers that are higher by this factor.
+    pub(crate) fn lifted(&self, factor: f64) -> Self {
+        Plan { radius: self.radius.iter().map(|radius| factor * radius).collect(), ..self.clone() }
+    }
+
     /// Notes that fields or heights are averaged from corners.
     pub(crate) fn mark_corners_read(&mut self) {
         self.left_out.retain(|what| what != CELL_CORNER);

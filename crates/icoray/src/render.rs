@@ -23,6 +23,7 @@ mod gradient_tests;
 mod ground_tests;
 mod histogram;
 mod lazy;
+mod levels;
 mod parts;
 mod picture;
 mod prepare;
@@ -157,6 +158,8 @@ impl Renderer {
             layers,
             heights: heights.as_ref(),
             fields: &prepared,
+            deviations: None,
+            cache: &self.frame_cache,
             bytes_derived: bytes_of_fields + made.as_ref().map_or(0, |made| made.bytes()),
             start,
         };

@@ -52,15 +52,16 @@ impl Deadline {
         start.elapsed().as_secs_f64() / part <= GRADIENTS * self.left()
     }
 
-    /// The best quality that keeps the deadline; `trace` traces a raster in a quality, on a device or on the CPU.
+    /// The best quality that keeps the deadline; `trace` traces a raster in a quality, on a device or on the CPU, on a
+    /// number of coarser levels.
     pub fn pick(
         &self,
         asked: Quality,
         raster: Raster,
-        on_device: bool,
+        (on_device, levels): (bool, u32),
         mut trace: impl FnMut(&Quality, Raster),
     ) -> Quality {
-        let best = choose(asked, raster, self.left(), self.ranks, |quality, left| {
+        let best = choose(asked, raster, self.left(), (self.ranks, levels), |quality, left| {
             let seconds = |raster: Raster| {
                 let start = Instant::now();
                 trace(quality, raster);
@@ -121,13 +122,14 @@ impl Cost {
 }
 
 /// The raster of some [`PROBE`] pixels.
-fn probe(raster: Raster) -> Raster {
+pub(crate) fn probe(raster: Raster) -> Raster {
     let pixels = f64::from(raster.width) * f64::from(raster.height);
     Raster { step: ((pixels / PROBE).sqrt() as u32).clamp(1, Quality::LARGEST_STEP), ..raster }
 }
 
 /// The best quality that takes at most `left` seconds if `ranks` share the rays: first the tolerance is increased, then
-/// light is made coarse, then pixels are left out. `measure` returns the cost of a quality, given the time left.
+/// light is made coarse, then coarser levels are traced, then pixels are left out. `measure` returns the cost of a
+/// quality, given the time left.
 ///
 /// Costs are measured from the cheapest quality upwards, each only if there is time to spare for it: probing a much too
 /// expensive quality would itself take too much time.
@@ -135,7 +137,7 @@ fn choose(
     asked: Quality,
     raster: Raster,
     mut left: f64,
-    ranks: f64,
+    (ranks, levels): (f64, u32),
     mut measure: impl FnMut(&Quality, f64) -> Cost,
 ) -> Quality {
     let loose = Quality { tolerance: asked.tolerance.max(LOOSEST), ..asked };
@@ -143,6 +145,14 @@ fn choose(
     let mut best = coarse;
     let mut cost = measure(&best, left);
     left -= cost.spent;
+    while cost.of(1.0, ranks) > left && best.level < levels {
+        best.level += 1;
+        cost = measure(&best, left);
+        left -= cost.spent;
+    }
+    if best.level > 0 && cost.of(1.0, ranks) <= left {
+        return best;
+    }
     if cost.of(1.0, ranks) > left {
         let fits = |step: &u32| cost.of(Raster { step: *step, ..raster }.part(), ranks) <= left;
         return Quality { pixel_step: (2..Quality::LARGEST_STEP).find(fits).unwrap_or(Quality::LARGEST_STEP), ..best };
@@ -172,8 +182,8 @@ mod tests {
 
     /// The quality chosen for `ms` where each traced pixel takes `us` microseconds, less what the quality saves.
     fn pick_for(ms: f64, us: f64, ranks: f64) -> Quality {
-        let asked = Quality { pixel_step: 1, tolerance: 1e-5, lights: Lights::Full };
-        choose(asked, RASTER, ms / 1000.0, ranks, |quality, _| {
+        let asked = Quality { tolerance: 1e-5, lights: Lights::Full, ..Quality::default() };
+        choose(asked, RASTER, ms / 1000.0, (ranks, 0), |quality, _| {
             let saved = if quality.tolerance > 1e-4 { 0.5 } else { 1.0 };
             let saved = if quality.lights == Lights::Full { saved } else { 0.5 * saved };
             Cost::on_cpu(RASTER, |raster| 1e-6 * us * saved * raster.part() * f64::from(raster.width * raster.height))
@@ -205,18 +215,36 @@ mod tests {
         assert_eq!(pick(1e-3, 2.0).pixel_step, Quality::LARGEST_STEP);
     }
 
+    /// Each level takes half of the time of the one below.
+    #[test]
+    fn levels_are_traced_before_pixels_are_left_out() {
+        let pick = |ms: f64, levels| {
+            let rays = |raster: Raster| raster.part() * f64::from(raster.width * raster.height);
+            choose(Quality::default(), RASTER, ms / 1000.0, (1.0, levels), |quality, _| {
+                Cost::on_cpu(RASTER, |raster| 1e-6 * 0.5f64.powi(quality.level as i32) * rays(raster))
+            })
+        };
+        let whole = 512.0 * 512.0 / 1000.0;
+        for (part, levels, wanted) in [(1.2, 2, (0, 1)), (0.6, 2, (1, 1)), (0.3, 2, (2, 1)), (0.3, 0, (0, 2))] {
+            let Quality { level, pixel_step, .. } = pick(part * whole, levels);
+            assert_eq!((level, pixel_step), wanted, "{part} of the time, {levels} levels");
+        }
+        let least = pick(0.05 * whole, 2);
+        assert!(least.level == 2 && least.pixel_step > 1, "{least:?}");
+    }
+
     /// A device that is full at 50,000 rays, up to which it takes 2 ms.
     #[test]
     fn a_raster_is_no_coarser_than_the_scene_allows() {
         let deadline = Deadline { start: Instant::now(), seconds: 0.0, largest_step: 5, ranks: 1.0 };
-        let asked = Quality { pixel_step: 1, tolerance: 1e-5, lights: Lights::Full };
+        let asked = Quality { tolerance: 1e-5, lights: Lights::Full, ..Quality::default() };
         // The clock has moved on when a probe ends.
         let takes_time = |_: &Quality, _: Raster| {
             let start = Instant::now();
             while start.elapsed().is_zero() {}
         };
         let raster = Raster { width: 640, height: 480, step: 1 };
-        assert_eq!(deadline.pick(asked, raster, false, takes_time).pixel_step, 5);
+        assert_eq!(deadline.pick(asked, raster, (false, 0), takes_time).pixel_step, 5);
     }
 
     #[test]

@@ -11,6 +11,7 @@
 //! row of the table; a whole sphere has none.
 
 mod check;
+mod coarse;
 mod constrained_delaunay;
 mod generate;
 pub mod half_edges;
@@ -24,6 +25,7 @@ mod triangle_orientation;
 mod triangles;
 
 pub use check::unit_vector;
+pub use coarse::{CellsOver, CoarseGrid};
 #[cfg(test)]
 pub(crate) use generate::icosahedral_grid;
 pub use generate::{IcosahedralMesh, MAX_LEVEL};

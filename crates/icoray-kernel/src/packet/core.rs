@@ -1,8 +1,8 @@
 //! The intersections of a packet's rays with the opaque core.
 
-use super::Packet;
 use super::lanes::lanes_of;
 use super::layers::{CoreHit, Layers};
+use super::{Packet, mask};
 use icoray_simd::Machine;
 
 impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
@@ -32,6 +32,9 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     /// Ends the ray in a lane at the opaque core.
     #[inline(never)]
     pub(super) fn meet_core(&mut self, lane: usize, hit: &CoreHit) {
+        if self.tables.deviations.is_some() {
+            self.settle_color(mask::<V>(self.simd, 1 << lane));
+        }
         if L::HAS_SCENE {
             self.scene_core(lane, hit);
         } else if let (Some(mut ray), Some(core), Some(start)) = (self.ray(lane), self.frame.core, &self.starts[lane]) {

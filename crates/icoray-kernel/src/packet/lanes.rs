@@ -138,6 +138,10 @@ pub(super) struct Lanes<V: Machine> {
     pub alpha: Floats<V>,
     pub error: Floats<V>,
     pub variance: Floats<V>,
+    /// The most by which the colour in its frustum differs from that on a finer grid, and what the ray had absorbed
+    /// before that frustum.
+    pub color_change: Floats<V>,
+    pub absorbed_before: Floats<V>,
 }
 
 impl<V: Machine> Lanes<V> {
@@ -185,6 +189,8 @@ impl<V: Machine> Lanes<V> {
             alpha: zero,
             error: zero,
             variance: zero,
+            color_change: zero,
+            absorbed_before: zero,
         }
     }
 
@@ -267,7 +273,8 @@ impl<V: Machine> Lanes<V> {
             put(&mut self.next_wide_weights, wide, [first, second]);
         }
         let zero = all(simd, 0.0);
-        for row in [&mut self.alpha, &mut self.error, &mut self.variance] {
+        let numbers = [&mut self.alpha, &mut self.error, &mut self.variance];
+        for row in numbers.into_iter().chain([&mut self.color_change, &mut self.absorbed_before]) {
             *row = new.select(zero, *row);
         }
         for row in &mut self.color {

@@ -394,6 +394,9 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     /// Reports the rays that have ended.
     #[inline(never)]
     fn finish(&mut self, target: &mut Target) {
+        if self.tables.deviations.is_some() {
+            self.settle_color(mask::<V>(self.simd, self.ended));
+        }
         for lane in lanes_of(self.ended) {
             let Some(start) = self.starts[lane].take() else { continue };
             match target {

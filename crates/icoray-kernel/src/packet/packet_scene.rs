@@ -3,6 +3,7 @@
 
 use super::read::Source;
 use crate::column::Shell;
+use crate::deviation::Deviations;
 use crate::general::{KernelScene, TransferMap};
 use crate::transfer::{KernelKnot, Spans};
 use icoray_grid::occupancy::OccupancyMask;
@@ -21,6 +22,8 @@ pub struct PacketScene<'f> {
     pub(crate) clips_of_gaps: Vec<u32>,
     /// Whether rays leap over the hollow core.
     pub(crate) leaps_core: bool,
+    /// The deviations of the only volume from a finer grid, which are added to the errors of rays.
+    pub(super) deviations: Option<&'f Deviations>,
 }
 
 /// Several volumes, or one whose opacity is that of another field, in single precision.
@@ -86,7 +89,14 @@ impl<'f> PacketScene<'f> {
             if leaps { joined.with_macrocells(scene.grid, radius.len()) } else { joined }
         });
         let leaps_core = leaps && scene.core.is_none();
-        Some(PacketScene { shell: Shell::new(radius), spans, source, volumes, joined, clips_of_gaps, leaps_core })
+        let (shell, deviations) = (Shell::new(radius), None);
+        Some(PacketScene { shell, spans, source, volumes, joined, clips_of_gaps, leaps_core, deviations })
+    }
+
+    /// The scene of a volume alone on a grid that is coarser than the model's, with these deviations.
+    #[must_use]
+    pub fn with_deviations(self, deviations: &'f Deviations) -> Self {
+        PacketScene { deviations: Some(deviations), ..self }
     }
 
     /// The visible blocks of the scene from which this was made.

@@ -5,7 +5,7 @@ use super::integral::{Integral, LARGEST_DEPTH, LARGEST_EPS, Light, Outcome};
 use super::lanes::{Lanes, lanes_of};
 use super::layers::{Crossing, Layers};
 use super::light::Piece;
-use super::medium::Medium;
+use super::medium::{Medium, number};
 use super::part::{Part, all};
 use super::read::{FAR, LARGEST, Vertices};
 use super::{Packet, mask};
@@ -40,6 +40,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             }
             self.lit.enter(simd, is_new, crossing.eps);
             let (void, beyond) = self.unusual(&vertices, &part, new);
+            self.add_deviations(crossing.length, is_new);
             self.counts.void_frusta += u64::from(void.count_ones());
             active &= !void;
             scalar = beyond;
@@ -114,6 +115,30 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let moved = part.length * self.tables.spans.densest * reach / (reach + (part.f1 - part.f0).abs());
         let off = moved.min(1.0) * (all(simd, 1.0) - self.lanes.alpha);
         self.lanes.variance = far.select(off.mul_add(off, self.lanes.variance), self.lanes.variance);
+    }
+
+    /// Adds to the error of the lanes `new`, which enter frusta of this length, the difference from a finer grid's
+    /// extinction there and from its colours in the frusta before.
+    #[inline(always)]
+    fn add_deviations(&mut self, length: Floats<V>, new: Mask<V>) {
+        let Some((gaps, words)) = self.tables.deviations else { return };
+        let simd = self.simd;
+        self.settle_color(new);
+        let word = simd.gather_u32(words, self.lanes.triangles * number(simd, gaps) + self.lanes.gap - 1);
+        let extinction = (word & number(simd, 0xffff_0000)).bitcast::<Floats<V>>();
+        let change = (extinction * length).min(1.0) * (all(simd, 1.0) - self.lanes.alpha);
+        self.lanes.error = new.select(self.lanes.error + change, self.lanes.error);
+        self.lanes.color_change = new.select((word << 16).bitcast::<Floats<V>>(), self.lanes.color_change);
+    }
+
+    /// Adds to the error of `lanes` the difference of colours in their last frusta from those of a finer grid.
+    #[inline(always)]
+    pub(super) fn settle_color(&mut self, lanes: Mask<V>) {
+        let row = &mut self.lanes;
+        let change = (row.alpha - row.absorbed_before) * row.color_change;
+        row.error = lanes.select(row.error + change, row.error);
+        row.color_change = lanes.select(all(self.simd, 0.0), row.color_change);
+        row.absorbed_before = lanes.select(row.alpha, row.absorbed_before);
     }
 
     /// Reads the gradients along the frusta of the lanes `new`, if any of them is visible. Returns the lanes whose

@@ -6,6 +6,7 @@ use super::light::Slopes;
 use super::medium::SpanTables;
 use super::scene::SceneTables;
 use super::several::VolumeTables;
+use crate::deviation::Deviations;
 use crate::leap::{HollowCore, Leaps};
 use crate::owned_region::OwnedRegion;
 use icoray_simd::Table;
@@ -23,6 +24,8 @@ pub(super) struct Tables<'t> {
     pub scene: Option<SceneTables<'t>>,
     /// Several volumes, which replace the first one.
     pub volumes: Option<VolumeTables<'t>>,
+    /// The deviations from a finer grid: the number of gaps over a triangle, and [`Deviations::words`].
+    pub deviations: Option<(u32, Table<'t, u32>)>,
     /// The region of the requested fragments, and [`OwnedRegion::words`].
     pub own: Option<(&'t OwnedRegion, Table<'t, u32>)>,
 }
@@ -38,6 +41,10 @@ impl<'t> Tables<'t> {
             Some(region) => Some((region, Table::new(region.words())?)),
             None => None,
         };
+        let deviations = match frame.packets.deviations {
+            Some(Deviations { gaps, words, .. }) => Some((*gaps as u32, Table::new(words)?)),
+            None => None,
+        };
         Some(Tables {
             slopes,
             mesh: Mesh::new(frame.grid)?,
@@ -46,6 +53,7 @@ impl<'t> Tables<'t> {
             hollow: None,
             scene: None,
             volumes: None,
+            deviations,
             own,
         })
     }

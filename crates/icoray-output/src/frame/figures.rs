@@ -296,6 +296,8 @@ figures! {
         /// Mean number of cells that fall into these pixels. From 4 on, with samples = 1, the log has a hint once per
         /// view.
         Picture cells_per_pixel_mean: f64 FLOAT = |f| f.report.sampling.cells_per_pixel.mean,
+        /// The coarser grid on which rays were traced: 0 is the model's own, and larger ones have fewer cells.
+        Picture level: i32 INTEGER = |f| f.report.quality.level as i32,
     }
     others {
         /// Date passed to icoray_execute, or that of the file's time.

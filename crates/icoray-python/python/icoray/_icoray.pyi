@@ -93,6 +93,7 @@ class _Report(TypedDict):
     sampling_error_mean: float | None
     cells_per_pixel_max: float
     cells_per_pixel_mean: float
+    level: int
     date: str | None
     device: str | None
     left_to_cpu: str | None
@@ -158,6 +159,7 @@ class _ContextReport(TypedDict):
     sampling_error_mean: float | None
     cells_per_pixel_max: float
     cells_per_pixel_mean: float
+    level: int
 # End of figures.
 
 @final

@@ -48,7 +48,7 @@ impl View {
         let options = Options { port, size, is_framed: true };
         let live = LiveView::open(&options, description, text, time, reader).map_err(raised)?;
         let live = Arc::new(live);
-        let renderer = made(threads, live.stop())?;
+        let renderer = made(threads, live.stop())?.with_levels();
         let (opened, layers, served) = (opened.clone(), request.layers, live.clone());
         let serve = move || Viewer::new(&opened.dataset, opened.grid(), &renderer, &layers, &served).run();
         let thread = thread::Builder::new().name("icoray view".into()).spawn(serve);

@@ -1,12 +1,13 @@
 //! A frame's scene, plan, grid and prepared fields.
 
 use super::devices::DeviceChoice;
-use super::frame_cache::Range;
+use super::frame_cache::{FrameCache, Range};
 use super::prepared_field::PreparedField;
 use super::renderer::Renderer;
 use crate::plan::Plan;
 use crate::ranks::Part;
 use icoray_grid::{Grid, Layers};
+use icoray_kernel::Deviations;
 use icoray_output::Sharing;
 use icoray_scene::Scene;
 use std::time::Instant;
@@ -32,6 +33,10 @@ pub(super) struct FrameContext<'f> {
     pub heights: Option<&'f PreparedField<'f>>,
     /// The fields that the scene shows, at least one.
     pub fields: &'f [PreparedField<'f>],
+    /// How far the model's field is from these, if the grid is a level of the model's.
+    pub deviations: Option<&'f Deviations>,
+    /// What pictures on this grid reuse.
+    pub cache: &'f FrameCache,
     /// Bytes of averages, of moved layers and of derived fields.
     pub bytes_derived: usize,
     /// Start of the frame.
@@ -42,7 +47,7 @@ impl FrameContext<'_> {
     /// Least and greatest value of field `number` on this rank, and the number of missing values.
     pub fn range(&self, number: usize) -> Range {
         let field = &self.fields[number];
-        self.renderer.frame_cache.range(&field.source(self.grid), || field.field().range())
+        self.cache.range(&field.source(self.grid), || field.field().range())
     }
 
     /// Whether the kernel's scene, with its gradients, is built in any case: for a single volume of a whole grid between

@@ -3,6 +3,7 @@
 use super::context::FrameContext;
 use super::device::OnDevice;
 use super::lazy::Lazy;
+use super::levels::LevelRays;
 use super::prepare::FieldSummary;
 use super::prepared_field::PreparedField;
 use super::rendered::Rendered;
@@ -93,8 +94,27 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     let core = core.filter(|_| scene.core.is_some() && !has_boundaries);
     let top = top.filter(|_| scene.scenery.heights == Heights::Mean);
     let edges = Edges::new(scene, core, top, has_boundaries);
-    let work = Work { context, built: &built, radius, ground, edges };
+    let is_alone = ranks.is_alone();
+    let levels = ranks.attempt(|| renderer.run(|| renderer.frame_cache.levels.levels(context, is_alone)));
+    let levels = ranks.collective(levels)?;
+    let inputs = levels.iter().map(|level| level.inputs(plan, scene.field())).collect::<Result<Vec<_>>>()?;
+    let on_levels: Vec<_> = levels.iter().zip(&inputs).map(|(level, inputs)| level.context(context, inputs)).collect();
+    let terrains = on_levels.iter().map(|context| Terrain::new(context, ranks)).collect::<Result<Vec<_>>>()?;
+    let summary_of = &summary;
+    let build = |(context, terrain)| Lazy::of(move || SceneBuilder::new(context, terrain, summary_of).build(ground));
+    let scenes: Vec<_> = on_levels.iter().zip(&terrains).map(build).collect();
+    let work_on = |(context, built)| Work { context, built, radius, ground, edges: Edges::default(), levels: &[] };
+    let works: Vec<_> = on_levels.iter().zip(&scenes).map(work_on).collect();
+    let level_rays: Vec<&dyn LevelRays> = works.iter().map(|work| work as &dyn LevelRays).collect();
+    let work = Work { context, built: &built, radius, ground, edges, levels: &level_rays };
     let mut rendered = picture::draw(&work, ranks, &summary, on_device)?;
+    for (built, level) in scenes.into_iter().zip(levels.iter()) {
+        rendered.report_mut().bytes_derived += level.bytes();
+        if let Some(built) = built.into_known() {
+            rendered.report_mut().bytes_derived += built.bytes();
+            level.keep(built);
+        }
+    }
     if let Some(built) = built.into_known() {
         rendered.report_mut().bytes_derived += built.bytes();
         built.keep(&renderer.frame_cache);

@@ -1,6 +1,7 @@
 //! Cache between frames: buffers as large as the grid, so that a series of frames allocates them once, and their
 //! content if the next frame shows the same field.
 
+use super::levels::LevelCache;
 use crate::plan::FrameMemory;
 use icoray_grid::gradient::{Gradients, PartialGradients};
 use icoray_grid::occupancy::OccupancyMask;
@@ -138,6 +139,8 @@ pub(super) struct FrameCache {
     pub gradients: CacheSlots<GradientKey, PartialGradients>,
     /// Normals of layers.
     pub normals: CacheSlots<NormalKey, Vec<[f32; 3]>>,
+    /// Coarser grids, with the last picture's values.
+    pub levels: LevelCache,
 }
 
 impl FrameCache {

@@ -12,6 +12,7 @@ use crate::ranks::{FrameSummary, Ranks};
 use crate::raster::Raster;
 use icoray_grid::Result;
 use icoray_output::{ErrorSummary, Frame, FrameReport, Legend, RanksReport, SamplingReport, Timing};
+use icoray_scene::Quality;
 use icoray_scene::name::Stamp;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -48,7 +49,10 @@ pub(super) fn draw(
     let picked_s = start.elapsed().as_secs_f64();
     let mut rounds = Rounds { work, on_device: &mut on_device, cost: Cost::default() };
     let drawn = rounds.whole(ranks, raster, &assignment)?;
-    let sampled = rounds.samples(ranks, Manner { raster, quality, deadline }, drawn)?;
+    let drawn = if scene.time_budget_ms.is_none() { rounds.refined(ranks, raster, quality, drawn)? } else { drawn };
+    let level = if scene.time_budget_ms.is_none() { 0 } else { quality.level };
+    let further = Quality { level, ..quality };
+    let sampled = rounds.samples(ranks, Manner { raster, quality: further, deadline }, drawn)?;
     let cost = rounds.cost;
     let mut picture = None;
     let summary = sampled.and_then(|sampled| {

@@ -23,6 +23,13 @@ pub(super) struct PreparedField<'f> {
     moved: Option<(MovedKey, CenterField)>,
 }
 
+impl<'f> PreparedField<'f> {
+    /// A field at the centres, on the layers of the picture.
+    pub fn at_centers(name: &str, field: Field<'f>) -> Self {
+        PreparedField { name: name.to_owned(), given: field, average: None, moved: None }
+    }
+}
+
 impl PreparedField<'_> {
     pub fn name(&self) -> &str {
         &self.name

@@ -43,6 +43,7 @@ pub struct Renderer {
     pub(super) devices: Option<DeviceCache>,
     pub(super) savings: Savings,
     pub(super) integrates: bool,
+    pub(super) has_levels: bool,
     pub(super) progress: Option<Progress>,
     pub(super) stop: Option<Arc<AtomicBool>>,
     pub(super) memory_limit: Option<u64>,
@@ -65,6 +66,7 @@ impl Renderer {
             devices,
             savings,
             integrates: true,
+            has_levels: false,
             progress: None,
             stop: None,
             memory_limit: None,
@@ -86,6 +88,18 @@ impl Renderer {
     #[must_use]
     pub fn without_integrals(self) -> Self {
         Renderer { integrates: false, ..self }
+    }
+
+    /// Traces pictures on coarser grids, made of some of the cells, where the error that this adds is within the
+    /// tolerance, or where a time budget leaves no time for the grid itself. For fields that are drawn many times, as by
+    /// a page: the second picture of a field's values without a time budget makes the grids, once per grid, and the
+    /// largest differences of values, in as much time as several pictures.
+    ///
+    /// Applies to a single volume between concentric layers in f32, of grids of more than 64,000 cells, on the CPU, in
+    /// one process. [`Quality::level`](icoray_scene::Quality::level) says which grid was used.
+    #[must_use]
+    pub fn with_levels(self) -> Self {
+        Renderer { has_levels: true, ..self }
     }
 
     /// The machine's vector instructions, if rays are traced in packets.

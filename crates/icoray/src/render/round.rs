@@ -92,6 +92,49 @@ impl Rounds<'_, '_, '_> {
         Ok(tiles.and_then(assemble))
     }
 
+    /// Traces pixels of a level whose errors exceed the tolerance again, on the model's grid. Collective, and as
+    /// [`Self::trace`].
+    pub fn refined(
+        &mut self,
+        ranks: &mut Ranks,
+        raster: Raster,
+        quality: Quality,
+        drawn: Result<Option<Drawn>>,
+    ) -> Result<Result<Option<Drawn>>> {
+        if quality.level == 0 {
+            return Ok(drawn);
+        }
+        let exceeds = |pixel: &Pixel| f64::from(pixel.error) > quality.tolerance;
+        let found = drawn.as_ref().map_err(Clone::clone).map(|drawn| match drawn {
+            Some((picture, _)) => (0..).zip(picture).filter(|(_, p)| exceeds(p)).map(|(number, _)| number).collect(),
+            None => Vec::new(),
+        });
+        let found = ScatteredPixels::new(raster, ranks.hear_root(found)?, PixelRays::Samples(0..1));
+        let quality = Quality { level: 0, ..quality };
+        self.replaced(ranks, quality, &found, drawn)
+    }
+
+    /// A picture with these pixels, traced again.
+    fn replaced(
+        &mut self,
+        ranks: &mut Ranks,
+        quality: Quality,
+        found: &ScatteredPixels,
+        drawn: Result<Option<Drawn>>,
+    ) -> Result<Result<Option<Drawn>>> {
+        if found.numbers().is_empty() {
+            return Ok(drawn);
+        }
+        let tiles = self.trace(ranks, found, &TileAssignment::in_turn(quality, found, ranks), None)?;
+        let replace = |(mut picture, mut counts): Drawn, tiles: &[Tile]| {
+            let (pixels, its) = ranks.attempt(|| Ok(found.in_order(tiles)))?;
+            found.numbers().iter().zip(pixels).for_each(|(at, pixel)| picture[*at as usize] = *pixel);
+            counts += its;
+            Ok((picture, counts))
+        };
+        Ok(tiles.and_then(|tiles| drawn?.map(|drawn| replace(drawn, &tiles)).transpose()))
+    }
+
     /// Draws the pixels at edges again, with several rays each, if the scene and the time left permit it, and returns
     /// their number. Collective, and as [`Self::trace`].
     pub fn edges(
@@ -103,7 +146,7 @@ impl Rounds<'_, '_, '_> {
         drawn: Result<Option<Drawn>>,
     ) -> Result<(u64, Result<Option<Drawn>>)> {
         let FrameContext { renderer, scene, .. } = *self.work.context;
-        if self.work.edges.is_none() || quality.pixel_step > 1 {
+        if self.work.edges.is_none() || quality.pixel_step > 1 || quality.level > 0 {
             return Ok((0, drawn));
         }
         let render_s = self.cost.render_s;
@@ -118,17 +161,7 @@ impl Rounds<'_, '_, '_> {
             None => Ok(Vec::new()),
         });
         let found = ScatteredPixels::new(raster, ranks.hear_root(found)?, PixelRays::Edge);
-        if found.numbers().is_empty() {
-            return Ok((0, drawn));
-        }
-        let tiles = self.trace(ranks, &found, &TileAssignment::in_turn(quality, &found, ranks), None)?;
-        let replace = |(mut picture, mut counts): Drawn, tiles: &[Tile]| {
-            let (pixels, its) = ranks.attempt(|| Ok(found.in_order(tiles)))?;
-            found.numbers().iter().zip(pixels).for_each(|(at, pixel)| picture[*at as usize] = *pixel);
-            counts += its;
-            Ok((picture, counts))
-        };
-        let drawn = tiles.and_then(|tiles| drawn?.map(|drawn| replace(drawn, &tiles)).transpose());
+        let drawn = self.replaced(ranks, quality, &found, drawn)?;
         Ok((found.numbers().len() as u64, drawn))
     }
 }

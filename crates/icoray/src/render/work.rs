@@ -4,11 +4,12 @@ use super::context::FrameContext;
 use super::device::OnDevice;
 use super::draw::BuiltScene;
 use super::lazy::Lazy;
+use super::levels::LevelRays;
 use super::renderer::Renderer;
 use crate::edges::Edges;
 use crate::plan::budget::allowed;
 use crate::raster::{self, Pixel, Raster, SamplePoint, Tile, Tiling};
-use crate::time_budget::Deadline;
+use crate::time_budget::{Deadline, probe};
 use glam::DVec3;
 use icoray_grid::array::MapInline;
 use icoray_kernel::general::PaintedPlace;
@@ -19,11 +20,12 @@ use icoray_kernel::{Budget, Counts, PrimaryRay, Tracer};
 use icoray_output::Certainty;
 use icoray_scene::{Lights, Method, Precision, Quality, Scene};
 use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
 
 /// The quality that the scene requests.
 pub(super) fn requested_quality(scene: &Scene) -> Quality {
     let lights = if scene.lighting.is_some() { Lights::Full } else { Lights::Off };
-    Quality { pixel_step: 1, tolerance: scene.tolerance, lights }
+    Quality { tolerance: scene.tolerance, lights, ..Quality::default() }
 }
 
 /// The light at a place that the ray from an eye along a direction meets.
@@ -39,6 +41,8 @@ pub(super) struct Work<'p, 'f> {
     pub ground: Option<&'p Ground>,
     /// The test for pixels that may contain an edge.
     pub edges: Edges,
+    /// The rays on coarser grids, the finest first.
+    pub levels: &'p [&'p dyn LevelRays],
 }
 
 impl Work<'_, '_> {
@@ -49,17 +53,54 @@ impl Work<'_, '_> {
 
     /// The requested quality, or the best one that keeps the deadline on the device that draws.
     pub(super) fn pick(&self, asked: Quality, deadline: Option<Deadline>, on_device: &mut OnDevice) -> Quality {
-        let Some(deadline) = deadline else { return asked };
+        let Some(deadline) = deadline else { return self.coarsest_within(asked, on_device) };
         // Without tiles the device only uploads its inputs: the time of a probe is that of its rays.
         self.trace(&asked, &self.raster(), &[], on_device, &|_| ());
         if !on_device.is_there() {
             // Excludes this from the measured time of a probe.
             self.get_ready();
         }
-        deadline.pick(asked, self.raster(), on_device.is_there(), |quality, raster| {
+        // Nor is the time in which levels get ready.
+        self.levels.iter().for_each(|level| drop(level.tracer(&asked)));
+        let levels = self.levels.len() as u32;
+        deadline.pick(asked, self.raster(), (on_device.is_there(), levels), |quality, raster| {
             let all: Vec<u32> = (0..raster.tiles()).collect();
             self.trace(quality, &raster, &all, on_device, &|_| ());
         })
+    }
+
+    /// The level on which the picture takes the fewest steps, with the pixels that are traced again as their errors
+    /// exceed the tolerance, by some pixels.
+    fn coarsest_within(&self, asked: Quality, on_device: &mut OnDevice) -> Quality {
+        /// Part of the steps of the model's grid that a level may take at most.
+        const WORTHWHILE: f64 = 0.8;
+        /// Steps of scattered pixels, which share nothing with their neighbours, of those of others.
+        const SCATTERED: f64 = 2.0;
+        if self.levels.is_empty() || asked.lights != Lights::Off || self.ground.is_some() {
+            return asked;
+        }
+        let raster = probe(self.raster());
+        let all: Vec<u32> = (0..raster.tiles()).collect();
+        let mut measure = |level: u32| {
+            let found = Mutex::new((Counts::default(), 0));
+            self.trace(&Quality { level, ..asked }, &raster, &all, on_device, &|tile| {
+                let exceeds = |pixel: &&Pixel| f64::from(pixel.error) > asked.tolerance;
+                let mut found = found.lock().unwrap_or_else(PoisonError::into_inner);
+                found.0 += tile.counts;
+                found.1 += tile.pixels.iter().filter(exceeds).count();
+            });
+            let (counts, exceeding) = found.into_inner().unwrap_or_else(PoisonError::into_inner);
+            let steps = (counts.columns + counts.frusta) as f64;
+            (steps, exceeding as f64 / counts.rays.max(1) as f64)
+        };
+        let (whole, _) = measure(0);
+        let costs = (1..=self.levels.len() as u32).map(|level| {
+            let (steps, exceeding) = measure(level);
+            (steps + SCATTERED * exceeding * whole, level)
+        });
+        let least = costs.min_by(|a, b| a.0.total_cmp(&b.0));
+        let level = least.filter(|(cost, _)| *cost < WORTHWHILE * whole).map_or(0, |(_, level)| level);
+        Quality { level, ..asked }
     }
 
     /// Traces tiles, those of a raster on the device as far as it can, and passes each on when it is done.
@@ -81,13 +122,26 @@ impl Work<'_, '_> {
         if left.is_empty() {
             return;
         }
-        let tracer = self.tracer(quality);
+        let level = quality.level.checked_sub(1).map(|level| self.levels[level as usize]);
+        let tracer = match level {
+            // Most of the tolerance is left to the level's own error.
+            Some(level) => level.tracer(&Quality { tolerance: 0.25 * quality.tolerance, ..*quality }),
+            None => self.tracer(quality),
+        };
         let draw = |places: &[SamplePoint], counts: &mut Counts| {
             if raster.is_some() && renderer.savings.tiles && passes_by(scene, places, tracer.outer()) {
                 vec![background_blend(scene, tracer.budget().brightest, None); places.len()]
             } else {
                 let mut rays = primary_rays(scene, places);
-                pixels(scene, &*tracer, (places.len(), &mut rays), &|| renderer.is_stopped(), counts)
+                let mut drawn = pixels(scene, &*tracer, (places.len(), &mut rays), &|| renderer.is_stopped(), counts);
+                if let Some(level) = level {
+                    for (pixel, place) in drawn.iter_mut().zip(places) {
+                        let (eye, dir) = ray(scene, place.at);
+                        let error = f64::from(pixel.error) + level.error(quality, eye, dir);
+                        pixel.error = error.min(tracer.budget().brightest.max(1.0)) as f32;
+                    }
+                }
+                drawn
             }
         };
         raster::trace(tiling, &left, || renderer.is_stopped(), draw).for_each(give);

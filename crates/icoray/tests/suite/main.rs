@@ -8,6 +8,7 @@ mod first_pictures;
 mod grid;
 mod holes;
 mod labels;
+mod levels;
 mod lit;
 mod memory_limit;
 mod mixed;

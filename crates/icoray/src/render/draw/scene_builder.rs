@@ -164,6 +164,10 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         if packets.is_some() && self.context.device.is_err() {
             grid.make_half_edges()?;
         }
+        let packets = packets.map(|packets| match self.context.deviations {
+            Some(deviations) => packets.with_deviations(deviations),
+            None => packets,
+        });
         Ok(packets.map(|packets| (level, packets)))
     }
 
@@ -252,8 +256,18 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
 
     /// Occupancy of each volume and isosurface, with its key; without a key, all or nothing.
     fn visible(&self, media: &[Medium], isosurfaces: &[Isosurface]) -> (Vec<OccupancyKey>, Vec<OccupancyMask>) {
-        let FrameContext { plan, grid, .. } = *self.context;
+        let FrameContext { plan, grid, deviations, .. } = *self.context;
         let layers = plan.radius.len();
+        if let Some(deviations) = deviations {
+            let leaps = self.leaps();
+            let source = self.context.fields[0].source(grid);
+            let key = OccupancyKey { source, falling: plan.falling, clear: Vec::new(), leaps };
+            let visible = self.context.cache.visible.take(&key).unwrap_or_else(|_| {
+                let visible = deviations.visible(grid, layers);
+                if leaps { visible.with_macrocells(grid, layers) } else { visible }
+            });
+            return (vec![key], vec![visible]);
+        }
         if !self.savings.empty_space {
             return (Vec::new(), vec![OccupancyMask::default().full(layers)]);
         }
@@ -280,7 +294,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         knots: &[KernelKnot],
         leaps: bool,
     ) -> (OccupancyKey, OccupancyMask) {
-        let FrameContext { renderer, plan, grid, .. } = *self.context;
+        let FrameContext { plan, grid, .. } = *self.context;
         let field = &self.context.fields[source];
         let (range, whole) = (self.range(source), Spans::<f64>::new(knots));
         let samples = Samples::new(data, &field.field(), plan.falling, whole.range());
@@ -292,7 +306,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         let bits = clear.iter().map(|range| range.map(|value| value.wide().to_bits())).collect();
         let key = OccupancyKey { source: field.source(grid), falling: plan.falling, clear: bits, leaps };
         let occupancy = OccupancyTest { grid, samples, layers: plan.radius.len(), clear, leaps };
-        let cached = renderer.frame_cache.visible.take(&key);
+        let cached = self.context.cache.visible.take(&key);
         let visible = cached.unwrap_or_else(|memory| occupancy.visible(memory.unwrap_or_default()));
         (key, visible)
     }
@@ -381,10 +395,10 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         key: &GradientKey,
         visible: &OccupancyMask,
     ) -> Result<PartialGradients> {
-        let FrameContext { renderer, scene, plan, grid, part, .. } = *self.context;
+        let FrameContext { scene, plan, grid, part, .. } = *self.context;
         let samples = Samples::new(data, &self.context.fields[number].field(), plan.falling, key.range);
         match &self.terrain.levels {
-            Levels::Native(heights) => renderer.frame_cache.gradients.take(key).or_else(|memory| {
+            Levels::Native(heights) => self.context.cache.gradients.take(key).or_else(|memory| {
                 let memory = memory.map_or_else(Gradients::none, PartialGradients::into_values);
                 Ok(gradient::native::gradients(grid, heights, &samples, memory)?.into())
             }),
@@ -392,7 +406,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
                 let GradientKey { packed, single, .. } = *key;
                 let visible = (!key.occupancy.is_empty()).then_some(visible);
                 let seen = (part.is_none() && self.savings.gradients).then(|| plan.visible_cells(scene, grid));
-                let known = renderer.frame_cache.known_gradients(key);
+                let known = self.context.cache.known_gradients(key);
                 let wanted = GradientOptions { visible, packed, single };
                 known.with_cells(grid, &plan.radius, &samples, wanted, seen.as_ref())
             }

@@ -61,7 +61,7 @@ impl Terrain<'_> {
         surface_layers: &[SurfaceLayer],
         is_lit: bool,
     ) -> Vec<(NormalKey, Vec<[f32; 3]>)> {
-        let FrameContext { renderer, grid, .. } = *context;
+        let grid = context.grid;
         let (Levels::Native(heights), Some(key), true) = (&self.levels, &self.key, is_lit) else {
             return Vec::new();
         };
@@ -76,7 +76,7 @@ impl Terrain<'_> {
             let key = NormalKey { heights: key.clone(), layer: [layer, heights.layers()] };
             let compute =
                 |memory: Option<_>| gradient::native::normals(grid, heights, layer, memory.unwrap_or_default());
-            let normals = renderer.frame_cache.normals.take(&key).unwrap_or_else(compute);
+            let normals = context.cache.normals.take(&key).unwrap_or_else(compute);
             (key, normals)
         };
         layers.into_iter().map(of_layer).collect()

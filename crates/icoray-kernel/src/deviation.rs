@@ -1,0 +1,224 @@
+//! The effect on a ray's light of drawing a coarser grid than the model's.
+//!
+//! Let κ and c be extinction and colour on the coarser grid, κ′ and c′ on the finer one, T the transmittance on the
+//! coarser one and B the light that arrives from behind on the finer one. The light along a ray then differs by
+//! `∫ T ((κ - κ′)(c′ - B) + κ (c - c′))`. Colours are 0 to 1, so that a frustum in which κ differs by at most K and the
+//! colour by at most C adds no more than T times K times its length, and C times what it absorbs.
+
+use crate::transfer::KernelKnot;
+use glam::DVec3;
+use icoray_grid::Grid;
+use icoray_grid::array::MapInline;
+use icoray_grid::deviation::{GapRange, Levels};
+use icoray_grid::occupancy::OccupancyMask;
+use rayon::prelude::*;
+
+/// K and C in each gap over each triangle of a coarser grid.
+#[derive(Debug)]
+pub struct Deviations {
+    /// Gaps over a triangle.
+    pub(crate) gaps: usize,
+    /// The upper halves of K and C in single precision, rounded up, K in the upper half of the word; 0 where neither
+    /// grid shows anything.
+    pub(crate) words: Vec<u32>,
+    /// [`Levels::lift`].
+    lift: f64,
+    /// For the innermost and the outermost layer the radii between which facets of the finer and of the coarser grid
+    /// lie, and the greatest extinction there.
+    ends: [([[f64; 2]; 2], f64); 2],
+}
+
+impl Deviations {
+    /// The deviations of a field that is shown through these knots.
+    pub fn new(levels: &Levels, knots: &[KernelKnot]) -> Self {
+        let gaps = levels.radius.len().saturating_sub(1);
+        let mut words = vec![0; gaps * levels.coarse.triangles()];
+        let ends = levels.ends();
+        let over = |(triangle, words): (usize, &mut [u32])| {
+            let mut densest = [0.0f64; 2];
+            for (gap, (word, range)) in words.iter_mut().zip(levels.gaps(triangle as u32)).enumerate() {
+                let effect = Effect::of(knots, &range);
+                *word = effect.word();
+                for (densest, _) in densest.iter_mut().zip(&ends).filter(|(_, end)| end.contains(&gap)) {
+                    *densest = densest.max(effect.densest);
+                }
+            }
+            densest
+        };
+        let all = words.par_chunks_mut(gaps).enumerate().map(over);
+        let [inner, outer] = all.reduce(|| [0.0; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
+        let [first, last] = [levels.radius[0], levels.radius[gaps]];
+        let around = |radius: f64| levels.facets().map(|grid| grid.map(|facet| facet * radius));
+        Deviations { gaps, words, lift: levels.lift(), ends: [(around(first), inner), (around(last), outer)] }
+    }
+
+    /// The factor by which the radii of the coarser grid's layers are larger.
+    pub fn lift(&self) -> f64 {
+        self.lift
+    }
+
+    /// The error of a ray from `eye` along a unit vector where facets of one grid lie outside of the other's, at the
+    /// outermost layer and at the innermost one, below which there is an opaque core or nothing. The shell of the
+    /// coarser grid is thicker by the factor by which it is lifted, and so is the unit of the opacity: a depth x
+    /// changes by at most that part of it, and e^-x by less.
+    pub fn error_at_ends(&self, eye: DVec3, dir: DVec3, has_core: bool) -> f64 {
+        let nearest = eye.cross(dir).length();
+        let half = |radius: f64| (radius * radius - nearest * nearest).max(0.0).sqrt();
+        let [inner, outer] = self.ends.map(|([fine, coarse], extinction)| {
+            let (low, high) = (fine[0].min(coarse[0]), fine[1].max(coarse[1]));
+            let is_behind = eye.length() > high && eye.dot(dir) > 0.0;
+            // Where it crosses the facets of one grid before those of the other.
+            let crossing = (half(coarse[1]) - half(fine[0])).max(half(fine[1]) - half(coarse[0]));
+            let grazes = nearest >= low && nearest < high && !is_behind;
+            let length = match grazes {
+                _ if is_behind => 0.0,
+                true => half(high),
+                false => crossing,
+            };
+            (length * extinction, grazes, nearest < low)
+        });
+        // A ray crosses both layers twice, unless it ends at the core. A grazing one may meet that of one grid only.
+        let ends = has_core && inner.2;
+        let at_core = if has_core && inner.1 { 1.0 } else { inner.0 };
+        let times = if ends { 1.0 } else { 2.0 };
+        (times * (at_core + outer.0) + self.lift - 1.0).min(1.0)
+    }
+
+    /// The gaps in which either grid shows anything, between this number of layers.
+    pub fn visible(&self, grid: &Grid, layers: usize) -> OccupancyMask {
+        let mut visible = OccupancyMask::none(grid.triangles(), layers);
+        for (blocks, words) in visible.blocks.iter_mut().zip(self.words.chunks(self.gaps)) {
+            for gap in (1..layers).filter(|gap| words[gap - 1] != 0) {
+                *blocks |= 1 << ((gap - 1) >> visible.shift);
+                visible.top = visible.top.max(gap);
+            }
+        }
+        visible
+    }
+
+    /// Bytes of memory.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.words.as_slice())
+    }
+}
+
+/// The most by which extinction and colour of two grids differ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Effect {
+    extinction: f64,
+    color: f64,
+    /// The greatest extinction of either grid.
+    densest: f64,
+}
+
+impl Effect {
+    fn of(knots: &[KernelKnot], &GapRange { low, high, deviation }: &GapRange) -> Self {
+        if low > high {
+            return Effect { extinction: 0.0, color: 0.0, densest: 0.0 };
+        }
+        if deviation == f64::INFINITY {
+            // One grid may show nothing where the other does.
+            let extinction = knots.iter().fold(0.0, |most: f64, knot| most.max(knot.extinction));
+            return Effect { extinction, color: 1.0, densest: extinction };
+        }
+        let [low, high] = [low - deviation, high + deviation];
+        let first = knots.partition_point(|knot| knot.value < low);
+        let behind = knots.partition_point(|knot| knot.value <= high);
+        let ends = [channels(knots, low), channels(knots, high)];
+        let all = || ends.into_iter().chain(knots[first..behind].iter().map(KernelKnot::channels));
+        let least = all().fold([f64::INFINITY; 4], |a, b| [0, 1, 2, 3].map_inline(|k: usize| a[k].min(b[k])));
+        let most = all().fold([0.0f64; 4], |a, b| [0, 1, 2, 3].map_inline(|k: usize| a[k].max(b[k])));
+        let mut steepest = [0.0f64; 4];
+        for pair in knots[first.saturating_sub(1)..(behind + 1).min(knots.len())].windows(2) {
+            let (from, to) = (pair[0].channels(), pair[1].channels());
+            let inverse = 1.0 / (pair[1].value - pair[0].value);
+            for k in 0..4 {
+                let rise = (to[k] - from[k]).abs();
+                steepest[k] = steepest[k].max(if rise > 0.0 { rise * inverse } else { 0.0 });
+            }
+        }
+        // A step's slope is infinite, and nothing deviates by 0 there.
+        let change = |k: usize| match deviation {
+            0.0 => 0.0,
+            deviation => (steepest[k] * deviation).min(most[k] - least[k]),
+        };
+        Effect { extinction: change(3), color: [0, 1, 2].map(change).into_iter().fold(0.0, f64::max), densest: most[3] }
+    }
+
+    fn word(self) -> u32 {
+        /// The part of a number in single precision that a word leaves out.
+        const REST: u32 = 0xffff;
+        if self.densest == 0.0 {
+            return 0;
+        }
+        // Twice rounded up: to single precision, and to its upper half.
+        let half = |number: f64| (number.min(1e30) as f32).next_up().to_bits().saturating_add(REST) >> 16;
+        half(self.extinction) << 16 | half(self.color)
+    }
+}
+
+/// Colour and extinction at a value, on the side of the spans below where it is a step.
+fn channels(knots: &[KernelKnot], value: f64) -> [f64; 4] {
+    let above = knots.partition_point(|knot| knot.value < value);
+    let Some(to) = knots.get(above) else { return knots[knots.len() - 1].channels() };
+    let Some(from) = above.checked_sub(1).map(|below| &knots[below]) else { return to.channels() };
+    let part = (value - from.value) / (to.value - from.value);
+    let (from, to) = (from.channels(), to.channels());
+    [0, 1, 2, 3].map(|k| from[k] + part * (to[k] - from[k]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use icoray_test_support::Random;
+
+    /// Extinction and colour of random functions with steps, at random values and others near them.
+    #[test]
+    fn no_value_within_the_deviation_has_a_larger_effect() {
+        let mut random = Random::new(3);
+        let mut visible = 0;
+        for _ in 0..300 {
+            let mut value = 0.0;
+            let mut knot = |random: &mut Random| {
+                // Every third knot is at the value of the one before: a step.
+                value += if random.below(3) == 0 { 0.0 } else { random.unit() };
+                let color = [(); 3].map(|()| random.unit());
+                KernelKnot { value, color, extinction: if random.below(2) == 0 { 0.0 } else { 50.0 * random.unit() } }
+            };
+            let knots: Vec<KernelKnot> = (0..2 + random.below(6)).map(|_| knot(&mut random)).collect();
+            let low = 5.0 * random.unit() - 1.0;
+            let range = GapRange { low, high: low + 0.5 * random.unit(), deviation: 0.3 * random.unit() };
+            let effect = Effect::of(&knots, &range);
+            let word = effect.word();
+            assert_eq!(word == 0, effect.densest == 0.0);
+            visible += u32::from(word != 0);
+            let [k, c] = [word & 0xffff_0000, word << 16].map(|bits| f64::from(f32::from_bits(bits)));
+            for _ in 0..200 {
+                let near = range.low + (range.high - range.low) * random.unit();
+                let other = near + range.deviation * (2.0 * random.unit() - 1.0);
+                let (a, b) = (channels(&knots, near), channels(&knots, other));
+                assert!((a[3] - b[3]).abs() <= k, "{} and {} of {k}: {knots:?}, {range:?}", a[3], b[3]);
+                if word != 0 {
+                    assert!((0..3).all(|i| (a[i] - b[i]).abs() <= c), "{a:?} and {b:?} of {c}: {knots:?}, {range:?}");
+                }
+                assert!(a[3].max(b[3]) <= effect.densest);
+            }
+            assert!(k <= 1.01 * effect.extinction + 1e-30 && c <= 1.01 * effect.color + 1e-30, "{effect:?}, {k}, {c}");
+        }
+        assert!(visible > 100, "{visible} visible");
+    }
+
+    /// The chord between two spheres, at the top and at the core.
+    #[test]
+    fn rays_at_the_ends_cross_both_surfaces() {
+        let ends = [([[0.999, 1.0], [0.998, 1.002]], 2.0), ([[1.199, 1.2], [1.198, 1.202]], 3.0)];
+        let deviations = Deviations { gaps: 1, words: vec![], lift: 1.0, ends };
+        let error = |y: f64, has_core| deviations.error_at_ends(DVec3::new(-3.0, y, 0.0), DVec3::X, has_core);
+        let through = (1.002 - 0.999) * 2.0 + (1.202 - 1.199) * 3.0;
+        assert!((error(0.0, true) - through).abs() < 1e-12 && (error(0.0, false) - 2.0 * through).abs() < 1e-12);
+        assert_eq!((error(1.0, true), error(1.21, true)), (1.0, 0.0), "a grazing ray, and one that passes by");
+        assert!(error(1.2, true) > 0.1 && error(1.2, true) < 1.0);
+        let away = deviations.error_at_ends(DVec3::X * 3.0, DVec3::X, true);
+        assert_eq!(away, 0.0);
+    }
+}

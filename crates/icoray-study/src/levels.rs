@@ -1,0 +1,117 @@
+//! Levels of detail: seconds and errors of pictures on the model's grid and, of the same values, on coarser ones.
+
+use crate::results::{Table, progress, replace_section, say};
+use crate::scenes::multi_scale::{self, Opacity};
+use crate::speed::{self, Size};
+use icoray::{Field, Frame, Renderer, Result, Scene};
+use icoray_reference::sphere::{Sphere, multi_scale as field};
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Options of the measurement.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Options {
+    /// Bisections of the icosahedron x layers, one size after another.
+    #[arg(long, value_delimiter = ',', value_parser = speed::size, default_value = "7x26,8x26,9x26")]
+    pub sizes: Vec<Size>,
+    /// Tolerances.
+    #[arg(long, value_delimiter = ',', default_value = "1e-2,1e-3")]
+    pub tolerances: Vec<f64>,
+    /// Width and height of the pictures.
+    #[arg(long, default_value_t = 512)]
+    pub pixels: u32,
+    /// Number of threads.
+    #[arg(long, value_parser = speed::count, default_value = "1")]
+    pub threads: usize,
+    /// Pairs of frames.
+    #[arg(long, default_value_t = 3)]
+    pub frames: usize,
+    /// Directory of levels.csv.
+    #[arg(long, default_value = "out/levels")]
+    pub out: PathBuf,
+    /// A file in which the table takes the place of that between its lines `<!-- icoray-study levels -->` and `<!--
+    /// end -->`.
+    #[arg(long)]
+    pub readme: Option<PathBuf>,
+}
+
+const COLUMNS: &str =
+    "grid,scene,tolerance,grid_s,grids_s,values_s,level,levels_s,ratio,reported,mean_reported,difference";
+
+const SCENES: [(&str, Opacity); 2] = [("dense", |_| 0.5), ("lobes", multi_scale::lobes)];
+
+/// Measures all sizes and tolerances, prints a line for each and writes the table.
+///
+/// # Errors
+/// Those of the library; [`icoray::ErrorKind::Io`] when `out` fails or a file cannot be written.
+pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
+    let mut table = Table::create(options.out.join("levels.csv"), COLUMNS, COLUMNS)?;
+    let mut markdown = "| grid | scene | tolerance | model's grid s | making grids s | values s | level | s | ratio | error \
+                        reported, largest | mean | largest difference |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n"
+        .to_owned();
+    say!(out, "{}", table.heading())?;
+    let bar = progress(options.sizes.len() * SCENES.len() * options.tolerances.len(), "pictures");
+    for size in &options.sizes {
+        let renderers = [Renderer::new(options.threads)?, Renderer::new(options.threads)?.with_levels()];
+        let sphere = renderers[0].run(|| Sphere::new(size.level, size.layers, [1.0, 1.15], field))?;
+        for (name, opacity) in SCENES {
+            let volume = format!(
+                "[[volumes]]\nfield = \"f\"\ntransfer = {{ knots = [\n{}] }}\n",
+                multi_scale::knots(16, opacity)
+            );
+            for &tolerance in &options.tolerances {
+                let text = format!("tolerance = {tolerance:e}\n{volume}");
+                let row = measure(&renderers, &sphere, &multi_scale::view(options.pixels, &text)?, options.frames)?;
+                let row = [vec![size.to_string(), name.to_owned(), format!("{tolerance:e}")], row].concat();
+                markdown += &format!("| {} |\n", row.join(" | "));
+                let line = table.row(&row)?;
+                bar.suspend(|| say!(out, "{line}"))?;
+                bar.inc(1);
+            }
+        }
+    }
+    bar.finish_and_clear();
+    options.readme.as_ref().map_or(Ok(()), |path| replace_section(path, "levels", &markdown))
+}
+
+/// The columns from `grid_s` on, of pictures of one field.
+fn measure([finest, coarser]: &[Renderer; 2], sphere: &Sphere, scene: &Scene, frames: usize) -> Result<Vec<String>> {
+    let (grid, first, field) = (sphere.grid()?, sphere.field()?, sphere.field()?);
+    let draw = |renderer: &Renderer, field: &Field| -> Result<(f64, Frame)> {
+        let start = Instant::now();
+        let frame = renderer.render(scene, &grid, &sphere.layers, field)?;
+        Ok((start.elapsed().as_secs_f64(), frame))
+    };
+    // The second picture of a field makes its levels, that of the grid's first field the coarser grids too.
+    draw(coarser, &first)?;
+    let (grids_s, _) = draw(coarser, &first)?;
+    draw(coarser, &field)?;
+    let (values_s, _) = draw(coarser, &field)?;
+    draw(finest, &field)?;
+    let drawn = |renderer: &Renderer| draw(renderer, &field);
+    let ((mut grid_s, on_grid), (mut levels_s, on_levels)) = (drawn(finest)?, drawn(coarser)?);
+    let mut ratios = vec![levels_s / grid_s];
+    for _ in 1..frames {
+        let (one, other) = (drawn(finest)?.0, drawn(coarser)?.0);
+        ratios.push(other / one);
+        (grid_s, levels_s) = (grid_s.min(one), levels_s.min(other));
+    }
+    ratios.sort_by(f64::total_cmp);
+    let pairs = on_grid.pixels.as_flattened().iter().zip(on_levels.pixels.as_flattened());
+    let difference = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    let level = on_levels.report.quality.level.to_string();
+    let seconds = |number: f64| format!("{number:.3}");
+    let error = &on_levels.report.error;
+    Ok(vec![
+        seconds(grid_s),
+        seconds(grids_s - values_s),
+        seconds(values_s - levels_s),
+        level,
+        seconds(levels_s),
+        seconds(ratios[ratios.len() / 2]),
+        format!("{:.1e}", error.max),
+        format!("{:.1e}", error.mean),
+        format!("{difference:.1e}"),
+    ])
+}

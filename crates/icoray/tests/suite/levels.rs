@@ -1,0 +1,99 @@
+//! Levels of detail: pictures of values that were drawn before are traced on coarser grids, within their errors.
+
+use crate::common::{FAR, LIT, count_beyond};
+use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Precision, Renderer, Scene};
+
+const LAYERS: usize = 9;
+const INSIDE: &str = "eye = [1.02, 0.3, 0.1]\ntarget = [0, 1.2, 0.3]\nfov = 100";
+const DENSE: &str = "knots = [ { value = -0.8, color = \"blue\", extinction = 4 }, { value = -0.2, color = \"white\", extinction = 1 }, \
+     { value = 0.3, color = \"yellow\", extinction = 1 }, { value = 0.8, color = \"red\", extinction = 9 } ]";
+const SHELL: &str = "knots = [ { value = 0.1, color = \"red\", extinction = 0 }, { value = 0.3, color = \"green\", extinction = 40 }, \
+     { value = 0.5, color = \"blue\", extinction = 0 } ]";
+const STEPS: &str = "knots = [ { value = -0.5, color = \"orange\", extinction = 30 }, { value = -0.5, color = \"blue\", extinction = 0 }, \
+     { value = 0.2, color = \"blue\", extinction = 0 }, { value = 0.2, color = \"white\", extinction = 9 } ]";
+
+/// A smooth field over a grid of four levels, of whose values some may be missing.
+struct Model {
+    mesh: IcosahedralMesh,
+    layers: Layers,
+    values: Vec<f32>,
+}
+
+impl Model {
+    fn new(waves: f64, misses: bool) -> Self {
+        let mesh = IcosahedralMesh::new(7).unwrap();
+        let mut values = Vec::new();
+        for (lon, lat) in mesh.lon_center_rad.iter().zip(&mesh.lat_center_rad) {
+            for layer in 0..LAYERS {
+                let height = layer as f64 / LAYERS as f64;
+                let value = (waves * (lon + 2.0 * height)).sin() * (waves * (1.3 * lat - 1.5 * height)).cos();
+                values.push(if misses && *lat > 0.9 && *lon > 3.0 { f32::NAN } else { value as f32 });
+            }
+        }
+        let radii = (0..LAYERS).map(|l| 1.0 + 0.15 * l as f64 / (LAYERS - 1) as f64).collect();
+        Model { mesh, layers: Layers::new(radii, 1.0).unwrap(), values }
+    }
+
+    /// The first, second and third picture of the same renderer.
+    fn draw(&self, scenes: [&Scene; 3]) -> [Frame; 3] {
+        let grid = Grid::new(self.mesh.tables()).unwrap();
+        let field = Field::level_fastest(&self.values, LAYERS, Location::Center).unwrap();
+        let renderer = Renderer::new(2).unwrap().with_levels();
+        scenes.map(|scene| renderer.render(scene, &grid, &self.layers, &field).unwrap())
+    }
+}
+
+fn scene(camera: &str, transfer: &str, rest: &str) -> Scene {
+    Scene::parse(&format!(
+        "field = \"f\"\n{rest}\n[image]\nwidth = 72\nheight = 60\n[camera]\n{camera}\n[transfer]\n{transfer}\n"
+    ))
+    .unwrap()
+}
+
+#[test]
+fn pixels_of_levels_are_within_their_errors() {
+    let mut used = 0;
+    for (model, camera, transfer, rest) in [
+        (Model::new(1.0, false), FAR, DENSE, "tolerance = 0.15"),
+        (Model::new(1.0, true), FAR, DENSE, "tolerance = 0.1\ncore = \"transparent\""),
+        (Model::new(3.0, false), FAR, SHELL, "tolerance = 0.05"),
+        (Model::new(2.0, true), FAR, STEPS, "tolerance = 0.02"),
+        (Model::new(1.0, false), INSIDE, DENSE, "tolerance = 0.1"),
+    ] {
+        let scene = scene(camera, transfer, rest);
+        let hurried = Scene { time_budget_ms: Some(1e-3), largest_step: 1, ..scene.clone() };
+        let truth = Scene { precision: Precision::F64, tolerance: 1e-7, ..scene.clone() };
+        let single = Scene { antialias: false, ..truth.clone() };
+        let [_, level, hurried] = model.draw([&scene, &scene, &hurried]);
+        let [truth, single, _] = model.draw([&truth, &single, &single]);
+        used += u32::from(level.report.quality.level > 0);
+        assert!(level.report.error.max <= scene.tolerance, "{rest}: {:?}", level.report.error);
+        assert!(hurried.report.quality.level > 0 && hurried.report.counts.rays > 0, "{rest}");
+        for (frame, truth) in [(level, truth), (hurried, single)] {
+            assert_eq!(count_beyond(&frame, &truth, 0.0), 0, "{rest}: {}", frame.report.quality);
+        }
+    }
+    assert!(used >= 2, "{used} pictures within their tolerance on levels");
+}
+
+/// Levels are made for the second picture of the same values, of renderers that have them, and for nothing else.
+#[test]
+fn first_pictures_and_budgets_make_no_levels() {
+    let model = Model::new(1.0, false);
+    let scene = scene(FAR, DENSE, "tolerance = 0.2");
+    let hurried = Scene { time_budget_ms: Some(1e-3), ..scene.clone() };
+    let levels = |scenes| model.draw(scenes).map(|frame| frame.report.quality.level > 0);
+    assert_eq!(levels([&scene, &hurried, &hurried]), [false; 3]);
+    assert_eq!(levels([&hurried, &scene, &hurried]), [false, true, true]);
+}
+
+/// The shade of a level is not known to be that of the grid.
+#[test]
+fn lit_pixels_of_levels_have_unknown_errors() {
+    let model = Model::new(2.0, false);
+    let lit = scene(FAR, &format!("{DENSE}\n{LIT}"), "tolerance = 0.2");
+    let hurried = Scene { time_budget_ms: Some(1e-3), largest_step: 1, ..lit.clone() };
+    let [_, rest, hurried] = model.draw([&lit, &lit, &hurried]);
+    assert_eq!(rest.report.quality.level, 0);
+    assert!(hurried.report.quality.level > 0 && hurried.report.error.max >= 1.0, "{}", hurried.report.quality);
+}
