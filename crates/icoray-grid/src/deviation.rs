@@ -7,7 +7,7 @@
 //! difference lies at a layer.
 //!
 //! Facets lie up to `1 - q` of their radius below the sphere, q the least height of a grid's planes over the centre. The
-//! layers of the coarser grid are raised by the factor [`Levels::lift`], so that they are as far above those of the
+//! layers of the coarser grid are raised by the factor [`GridPair::lift`], so that they are as far above those of the
 //! finer grid at vertices as below them in between. One place is then up to `r s` higher in one grid than in the other,
 //! s about half of the depth of the coarser facets, and its value changes by at most that times the steepest vertical
 //! slope there. Where one grid has a layer above the outermost or below the innermost one of the other, nothing is said.
@@ -36,7 +36,7 @@ impl GapRange {
 
 /// A field on a grid, and a coarser grid over some of its cells.
 #[derive(Clone, Copy)]
-pub struct Levels<'g> {
+pub struct GridPair<'g> {
     /// The finer grid.
     pub fine: &'g Grid<'g>,
     /// The values over its cells; the first layer is the innermost.
@@ -73,7 +73,7 @@ struct LayerRange {
     slope: f64,
 }
 
-impl Levels<'_> {
+impl GridPair<'_> {
     /// The values of each gap over a triangle, from the innermost.
     pub fn gaps(&self, triangle: u32) -> Vec<GapRange> {
         let layers = self.layers(triangle);

@@ -9,7 +9,7 @@ use crate::transfer::KernelKnot;
 use glam::DVec3;
 use icoray_grid::Grid;
 use icoray_grid::array::MapInline;
-use icoray_grid::deviation::{GapRange, Levels};
+use icoray_grid::deviation::{GapRange, GridPair};
 use icoray_grid::occupancy::OccupancyMask;
 use rayon::prelude::*;
 
@@ -21,7 +21,7 @@ pub struct Deviations {
     /// The upper halves of K and C in single precision, rounded up, K in the upper half of the word; 0 where neither
     /// grid shows anything.
     pub(crate) words: Vec<u32>,
-    /// [`Levels::lift`].
+    /// [`GridPair::lift`].
     lift: f64,
     /// For the innermost and the outermost layer the radii between which facets of the finer and of the coarser grid
     /// lie, and the greatest extinction there.
@@ -30,13 +30,13 @@ pub struct Deviations {
 
 impl Deviations {
     /// The deviations of a field that is shown through these knots.
-    pub fn new(levels: &Levels, knots: &[KernelKnot]) -> Self {
-        let gaps = levels.radius.len().saturating_sub(1);
-        let mut words = vec![0; gaps * levels.coarse.triangles()];
-        let ends = levels.ends();
+    pub fn new(pair: &GridPair, knots: &[KernelKnot]) -> Self {
+        let gaps = pair.radius.len().saturating_sub(1);
+        let mut words = vec![0; gaps * pair.coarse.triangles()];
+        let ends = pair.ends();
         let over = |(triangle, words): (usize, &mut [u32])| {
             let mut densest = [0.0f64; 2];
-            for (gap, (word, range)) in words.iter_mut().zip(levels.gaps(triangle as u32)).enumerate() {
+            for (gap, (word, range)) in words.iter_mut().zip(pair.gaps(triangle as u32)).enumerate() {
                 let effect = Effect::of(knots, &range);
                 *word = effect.word();
                 for (densest, _) in densest.iter_mut().zip(&ends).filter(|(_, end)| end.contains(&gap)) {
@@ -47,9 +47,9 @@ impl Deviations {
         };
         let all = words.par_chunks_mut(gaps).enumerate().map(over);
         let [inner, outer] = all.reduce(|| [0.0; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
-        let [first, last] = [levels.radius[0], levels.radius[gaps]];
-        let around = |radius: f64| levels.facets().map(|grid| grid.map(|facet| facet * radius));
-        Deviations { gaps, words, lift: levels.lift(), ends: [(around(first), inner), (around(last), outer)] }
+        let [first, last] = [pair.radius[0], pair.radius[gaps]];
+        let around = |radius: f64| pair.facets().map(|grid| grid.map(|facet| facet * radius));
+        Deviations { gaps, words, lift: pair.lift(), ends: [(around(first), inner), (around(last), outer)] }
     }
 
     /// The factor by which the radii of the coarser grid's layers are larger.

@@ -47,15 +47,15 @@ fn compare(fine: &Grid, twice: bool) -> f64 {
         values.extend((0..RADIUS.len()).map(|layer| (3.0 * x + layer as f64).sin() * y + z + 0.1 * random.unit()));
     }
     let field = Field::level_fastest(&values, RADIUS.len(), Location::Center).unwrap();
-    let levels = Levels { fine, field, radius: &RADIUS, coarse: coarse.grid(), cells: coarse.cells(), over: &over };
+    let pair = GridPair { fine, field, radius: &RADIUS, coarse: coarse.grid(), cells: coarse.cells(), over: &over };
     let (mut most, mut seen) = (0.0f64, 0);
     for _ in 0..1_500 {
         let place = DVec3::from_array(random.direction()) * (1.0 + 0.1 * random.unit());
         let on_fine = value_at(fine, 1.0, place, |cell, layer| field.value(cell as usize, layer));
         let of_coarse = |cell: u32, layer| field.value(coarse.cells()[cell as usize] as usize, layer);
-        let on_coarse = value_at(coarse.grid(), levels.lift(), place, of_coarse);
+        let on_coarse = value_at(coarse.grid(), pair.lift(), place, of_coarse);
         let (Some((_, _, value)), Some((triangle, gap, other))) = (on_fine, on_coarse) else { continue };
-        let GapRange { low, high, deviation } = levels.gaps(triangle)[gap];
+        let GapRange { low, high, deviation } = pair.gaps(triangle)[gap];
         let off = (value - other).abs();
         assert!(off <= deviation, "{off}, expected at most {deviation} at {place}");
         assert!((low..=high).contains(&other), "{other}, expected {low} to {high}");
@@ -111,12 +111,12 @@ fn missing_values_are_no_values() {
     let value = |cell: u32| if fine.direction(cell).z > 0.2 { f64::NAN } else { 1.0 };
     let values: Vec<f64> = (0..fine.cells() as u32).flat_map(|cell| [value(cell); RADIUS.len()]).collect();
     let field = Field::level_fastest(&values, RADIUS.len(), Location::Center).unwrap();
-    let levels =
-        Levels { fine: &fine, field, radius: &RADIUS, coarse: coarse.grid(), cells: coarse.cells(), over: &over };
+    let pair =
+        GridPair { fine: &fine, field, radius: &RADIUS, coarse: coarse.grid(), cells: coarse.cells(), over: &over };
     let mut kinds = [0; 3];
     for triangle in 0..coarse.grid().triangles() as u32 {
         let missing = over.of(triangle).iter().filter(|cell| value(**cell).is_nan()).count();
-        for GapRange { low, high, deviation } in levels.gaps(triangle) {
+        for GapRange { low, high, deviation } in pair.gaps(triangle) {
             let kind = match missing {
                 0 => {
                     assert_eq!((low, high), (1.0, 1.0));

@@ -12,7 +12,7 @@ use super::prepared_field::PreparedField;
 use super::work::Work;
 use crate::plan::Plan;
 use glam::DVec3;
-use icoray_grid::deviation;
+use icoray_grid::deviation::GridPair;
 use icoray_grid::{CellsOver, CoarseGrid, Field, Grid, Location, OwnedReals, Reals, Result};
 use icoray_kernel::transfer::KernelKnot;
 use icoray_kernel::{Deviations, Tracer};
@@ -102,6 +102,7 @@ fn is_supported(context: &FrameContext) -> bool {
     let is_packed = renderer.vectors().is_some() && scene.method == Method::Exact && scene.precision == Precision::F32;
     let is_alone = scene.has_single_volume() && scene.volumes.len() == 1 && scene.volumes[0].opacity.is_none();
     renderer.has_levels
+        && renderer.memory_limit.is_none()
         && renderer.savings.reuse
         && context.device.is_err()
         && part.is_none()
@@ -141,7 +142,7 @@ impl Level {
             Reals::F32(_) => OwnedReals::F32(values.into_iter().map(|value| value as f32).collect()),
             Reals::F64(_) => OwnedReals::F64(values),
         };
-        let levels = deviation::Levels {
+        let pair = GridPair {
             fine: context.grid,
             field: if key.falling { field.upside_down() } else { field },
             radius: &key.radius,
@@ -149,7 +150,7 @@ impl Level {
             cells,
             over: &grid.over,
         };
-        let deviations = Deviations::new(&levels, &key.knots);
+        let deviations = Deviations::new(&pair, &key.knots);
         Ok(Level { grid, values, number: field.number(), layers, deviations, cache: FrameCache::default() })
     }
 

@@ -96,7 +96,7 @@ impl Renderer {
     /// largest differences of values, in as much time as several pictures.
     ///
     /// Applies to a single volume between concentric layers in f32, of grids of more than 64,000 cells, on the CPU, in
-    /// one process. [`Quality::level`](icoray_scene::Quality::level) says which grid was used.
+    /// one process, without a memory limit. [`Quality::level`](icoray_scene::Quality::level) says which grid was used.
     #[must_use]
     pub fn with_levels(self) -> Self {
         Renderer { has_levels: true, ..self }

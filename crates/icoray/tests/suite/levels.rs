@@ -20,17 +20,21 @@ struct Model {
 }
 
 impl Model {
-    fn new(waves: f64, misses: bool) -> Self {
+    /// `falls` stores the outermost layer first.
+    fn new(waves: f64, misses: bool, falls: bool) -> Self {
         let mesh = IcosahedralMesh::new(7).unwrap();
         let mut values = Vec::new();
         for (lon, lat) in mesh.lon_center_rad.iter().zip(&mesh.lat_center_rad) {
-            for layer in 0..LAYERS {
+            for layer in (0..LAYERS).map(|layer| if falls { LAYERS - 1 - layer } else { layer }) {
                 let height = layer as f64 / LAYERS as f64;
                 let value = (waves * (lon + 2.0 * height)).sin() * (waves * (1.3 * lat - 1.5 * height)).cos();
                 values.push(if misses && *lat > 0.9 && *lon > 3.0 { f32::NAN } else { value as f32 });
             }
         }
-        let radii = (0..LAYERS).map(|l| 1.0 + 0.15 * l as f64 / (LAYERS - 1) as f64).collect();
+        let mut radii: Vec<f64> = (0..LAYERS).map(|l| 1.0 + 0.15 * l as f64 / (LAYERS - 1) as f64).collect();
+        if falls {
+            radii.reverse();
+        }
         Model { mesh, layers: Layers::new(radii, 1.0).unwrap(), values }
     }
 
@@ -54,11 +58,11 @@ fn scene(camera: &str, transfer: &str, rest: &str) -> Scene {
 fn pixels_of_levels_are_within_their_errors() {
     let mut used = 0;
     for (model, camera, transfer, rest) in [
-        (Model::new(1.0, false), FAR, DENSE, "tolerance = 0.15"),
-        (Model::new(1.0, true), FAR, DENSE, "tolerance = 0.1\ncore = \"transparent\""),
-        (Model::new(3.0, false), FAR, SHELL, "tolerance = 0.05"),
-        (Model::new(2.0, true), FAR, STEPS, "tolerance = 0.02"),
-        (Model::new(1.0, false), INSIDE, DENSE, "tolerance = 0.1"),
+        (Model::new(1.0, false, false), FAR, DENSE, "tolerance = 0.15"),
+        (Model::new(1.0, true, false), FAR, DENSE, "tolerance = 0.1\ncore = \"transparent\""),
+        (Model::new(3.0, false, true), FAR, SHELL, "tolerance = 0.05"),
+        (Model::new(2.0, true, false), FAR, STEPS, "tolerance = 0.02"),
+        (Model::new(1.0, false, true), INSIDE, DENSE, "tolerance = 0.1"),
     ] {
         let scene = scene(camera, transfer, rest);
         let hurried = Scene { time_budget_ms: Some(1e-3), largest_step: 1, ..scene.clone() };
@@ -79,7 +83,7 @@ fn pixels_of_levels_are_within_their_errors() {
 /// Levels are made for the second picture of the same values, of renderers that have them, and for nothing else.
 #[test]
 fn first_pictures_and_budgets_make_no_levels() {
-    let model = Model::new(1.0, false);
+    let model = Model::new(1.0, false, false);
     let scene = scene(FAR, DENSE, "tolerance = 0.2");
     let hurried = Scene { time_budget_ms: Some(1e-3), ..scene.clone() };
     let levels = |scenes| model.draw(scenes).map(|frame| frame.report.quality.level > 0);
@@ -90,7 +94,7 @@ fn first_pictures_and_budgets_make_no_levels() {
 /// The shade of a level is not known to be that of the grid.
 #[test]
 fn lit_pixels_of_levels_have_unknown_errors() {
-    let model = Model::new(2.0, false);
+    let model = Model::new(2.0, false, false);
     let lit = scene(FAR, &format!("{DENSE}\n{LIT}"), "tolerance = 0.2");
     let hurried = Scene { time_budget_ms: Some(1e-3), largest_step: 1, ..lit.clone() };
     let [_, rest, hurried] = model.draw([&lit, &lit, &hurried]);
