@@ -49,13 +49,14 @@ fn each_rank_has_something_for_each() {
         let (rank, size) = (team.rank(), team.size());
         // Nothing at all, few bytes, and more than MPI sends without waiting for the other side.
         for length in [0, 3, 10, 70_001, 3_000_000] {
-            let mine = (0..size).map(|to| letter(length, rank, to)).collect();
+            let mine = (0..size).map(|to| (to, letter(length, rank, to))).collect();
             let received = team.exchange(mine).unwrap();
-            for (from, received) in received.iter().enumerate() {
+            for from in 0..size {
+                let received = received.get(&from).map_or(&[][..], Vec::as_slice);
                 assert!(*received == letter(length, from, rank), "{length} of {from} for {rank}");
             }
         }
-        assert_eq!(team.exchange(vec![vec![rank as u8]; size]).unwrap().concat().len(), size);
+        assert_eq!(team.exchange((0..size).map(|to| (to, vec![rank as u8])).collect()).unwrap().len(), size);
     });
 }
 
@@ -107,6 +108,26 @@ fn no_rank_waits_for_the_next_call_of_another() {
     });
 }
 
+/// What `icoray-study scale` counts between threads is what MPI carries.
+#[test]
+fn messages_are_as_many_as_between_threads() {
+    fn calls(team: &mut dyn Team) -> icoray::ranks::Traffic {
+        let (rank, size) = (team.rank(), team.size());
+        team.share(&vec![1; 10 * rank]).unwrap();
+        team.broadcast(vec![2; 1000]).unwrap();
+        // To the next rank and to itself.
+        let mine = [(rank, vec![3]), ((rank + 1) % size, vec![4; 100 * rank])].into();
+        team.exchange(mine).unwrap();
+        team.traffic()
+    }
+    on_ranks(&[1, 2, 3, 16], "messages_are_as_many_as_between_threads", |team| {
+        let local = icoray::ranks::on_local_nodes(&vec![0; team.size()], |mut team| calls(&mut team));
+        let mine = calls(team);
+        assert_eq!(mine, local[team.rank()]);
+        assert!(team.size() == 1 || mine.messages > 2 && mine.bytes > 20, "{mine:?}");
+    });
+}
+
 /// More than 2 GiB go from one rank to the other.
 #[test]
 fn lengths_may_need_more_than_32_bits() {
@@ -116,11 +137,10 @@ fn lengths_may_need_more_than_32_bits() {
     on_ranks(&[2], "lengths_may_need_more_than_32_bits", |team| {
         let lengths: [usize; 2] = [3, (1 << 31) + 12_345];
         let (rank, other) = (team.rank(), 1 - team.rank());
-        let mut mine = vec![Vec::new(); 2];
-        mine[other] = (0..lengths[other]).map(|i| (i / 1000 + rank) as u8).collect();
-        let received = team.exchange(mine).unwrap();
-        assert_eq!((received[rank].len(), received[other].len()), (0, lengths[rank]));
-        assert!(received[other].iter().enumerate().all(|(i, byte)| *byte == (i / 1000 + other) as u8));
+        let mine = (0..lengths[other]).map(|i| (i / 1000 + rank) as u8).collect();
+        let received = team.exchange([(other, mine)].into()).unwrap();
+        assert_eq!((received.len(), received[&other].len()), (1, lengths[rank]));
+        assert!(received[&other].iter().enumerate().all(|(i, byte)| *byte == (i / 1000 + other) as u8));
     });
 }
 

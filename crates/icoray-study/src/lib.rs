@@ -20,6 +20,7 @@ mod plot;
 mod ranks;
 mod renumber;
 mod results;
+mod scale;
 mod scenes;
 mod speed;
 mod stability;
@@ -64,6 +65,8 @@ pub enum Study {
     Plan(plan::Options),
     /// Load balance and communication of 1 to 64 ranks, simulated in one process.
     Ranks(ranks::Options),
+    /// Messages of thousands of ranks over a simulated network, and the work of nodes of large grids.
+    Scale(scale::Options),
     /// Seconds per frame and frusta per second for four transfer functions.
     Speed(speed::Options),
     /// Error, bound and lost rays in some 200 hard cases, against the exact integral.
@@ -92,6 +95,7 @@ impl Study {
             Study::Orders(options) => orders::run(options, out),
             Study::Plan(options) => plan::run(options, out),
             Study::Ranks(options) => ranks::run(options, out),
+            Study::Scale(options) => scale::run(options, out),
             Study::Speed(options) => speed::run(options, out),
             Study::Stability(options) => stability::run(options, out),
             Study::Vtk(options) => vtk::run(options, out),

@@ -5,7 +5,7 @@
 
 use crate::results::{Table, number, progress, say};
 use crate::scenes::multi_scale;
-use icoray::ranks::local_nodes;
+use icoray::ranks::local_team;
 use icoray::{
     Decomposition, DistributedGrid, Error, ErrorKind, Field, FrameReport, Grid, Location, Ranks, Rendered, Renderer,
     Result, Scene,
@@ -13,7 +13,6 @@ use icoray::{
 use icoray_reference::sphere::{self, Sphere};
 use partition::MeshPart;
 pub use partition::Sharing;
-use rayon::prelude::*;
 use sequential::{SequentialRank, seconds};
 use std::io::Write;
 use std::path::PathBuf;
@@ -83,20 +82,20 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let scenes: Vec<Scene> = scenes.into_iter().collect::<Result<_>>()?;
     say!(out, "{}", csv.heading())?;
     let mut table = Output { size, csv, alone: vec![None; scenes.len()], out };
+    let frames = 1 + options.frames.max(1);
     let bar = progress(options.sharing.len() * options.ranks.len() + 1, "ranks");
     for &sharing in &options.sharing {
         for &ranks in &options.ranks {
             bar.set_message(format!("{ranks} ranks"));
-            let parts = (sharing != Sharing::Tiles).then(|| MeshPart::all(&sphere, sharing, ranks));
-            let simulation = Simulation::new(&sphere, parts.as_deref(), &scenes, options)?;
-            for (scene, frame) in simulation.frames(ranks)?.into_iter().enumerate() {
+            let simulation = Simulation::new(&sphere, sharing, ranks, &scenes, frames)?;
+            for (scene, frame) in simulation.frames(ranks, options.node_ranks)?.into_iter().enumerate() {
                 bar.suspend(|| table.row(multi_scale::TRANSFERS[scene].0, scene, sharing, &frame))?;
             }
             bar.inc(1);
         }
     }
     bar.set_message("2 ranks at once");
-    let simulation = Simulation { node_ranks: 0, ..Simulation::new(&sphere, None, &scenes, options)? };
+    let simulation = Simulation::new(&sphere, Sharing::Tiles, 1, &scenes, frames)?;
     let (one, two) = (simulation.wall_s(1)?, simulation.wall_s(2)?);
     bar.finish_and_clear();
     for ((name, _), (one, two)) in multi_scale::TRANSFERS.iter().zip(one.into_iter().zip(two)) {
@@ -121,40 +120,30 @@ fn busiest(frame: &[RankFrame]) -> f64 {
 }
 
 /// The model, whole on each rank or distributed over ranks.
-struct Simulation<'w> {
+pub(crate) struct Simulation<'w> {
     sphere: &'w Sphere,
-    parts: Option<&'w [MeshPart]>,
-    /// One grid for all ranks, or one for each part.
-    grids: Vec<Grid<'w>>,
+    parts: Option<Vec<MeshPart>>,
+    /// The grid of all ranks if they have no parts.
+    whole: Option<Grid<'w>>,
     scenes: &'w [Scene],
     /// Number of frames of each scene.
     frames: usize,
-    /// Ranks of a node; 0 for all.
-    node_ranks: usize,
 }
 
 impl<'w> Simulation<'w> {
-    fn new(sphere: &'w Sphere, parts: Option<&'w [MeshPart]>, scenes: &'w [Scene], options: &Options) -> Result<Self> {
-        let grids = match parts {
-            None => vec![sphere.grid()?],
-            Some(parts) => parts.par_iter().map(|part| Grid::new(part.tables.tables())).collect::<Result<_>>()?,
-        };
-        let (frames, node_ranks) = (1 + options.frames.max(1), options.node_ranks);
-        Ok(Simulation { sphere, parts, grids, scenes, frames, node_ranks })
-    }
-
-    /// The node of each rank.
-    fn node_of(&self, ranks: usize) -> Vec<usize> {
-        let max = if self.node_ranks == 0 { ranks } else { self.node_ranks };
-        (0..ranks).map(|rank| rank / max).collect()
+    pub fn new(sphere: &'w Sphere, sharing: Sharing, ranks: usize, scenes: &'w [Scene], frames: usize) -> Result<Self> {
+        let parts = (sharing != Sharing::Tiles).then(|| MeshPart::all(sphere, sharing, ranks));
+        let whole = if parts.is_none() { Some(sphere.grid()?) } else { None };
+        Ok(Simulation { sphere, parts, whole, scenes, frames })
     }
 
     /// For each scene the frame (of all but the first) with the least seconds of its busiest rank.
-    fn frames(&self, ranks: usize) -> Result<Vec<Vec<RankFrame>>> {
-        let of_ranks = on_threads(SequentialRank::team(&self.node_of(ranks)), |mut team| {
+    fn frames(&self, ranks: usize, node_ranks: usize) -> Result<Vec<Vec<RankFrame>>> {
+        let node_of: Vec<usize> = (0..ranks).map(|rank| rank.checked_div(node_ranks).unwrap_or(0)).collect();
+        let of_ranks = on_threads(SequentialRank::team(&node_of), |mut team| {
             let busy = team.begin();
             let mut before = 0.0;
-            self.rank(Ranks::new(Box::new(team)), |report| {
+            self.rank(Ranks::new(Box::new(team)), |_, report| {
                 let busy_s = seconds(&busy) - std::mem::replace(&mut before, seconds(&busy));
                 RankFrame { busy_s, report }
             })
@@ -169,9 +158,9 @@ impl<'w> Simulation<'w> {
 
     /// For each scene the minimum seconds of a frame with ranks that compute at once, each on one thread.
     fn wall_s(&self, ranks: usize) -> Result<Vec<f64>> {
-        let of_ranks = on_threads(local_nodes(&self.node_of(ranks)), |team| {
+        let of_ranks = on_threads(local_team(ranks), |team| {
             let mut start = Instant::now();
-            self.rank(Ranks::new(Box::new(team)), |_| {
+            self.rank(Ranks::new(Box::new(team)), |_, _| {
                 std::mem::replace(&mut start, Instant::now()).elapsed().as_secs_f64()
             })
         })?;
@@ -180,10 +169,11 @@ impl<'w> Simulation<'w> {
     }
 
     /// Renders all frames of all scenes as one rank; returns the results of `on_frame`.
-    fn rank<R>(&self, mut ranks: Ranks, mut on_frame: impl FnMut(FrameReport) -> R) -> Result<Vec<R>> {
+    pub fn rank<R>(&self, mut ranks: Ranks, mut on_frame: impl FnMut(&Ranks, FrameReport) -> R) -> Result<Vec<R>> {
         let renderer = Renderer::new(1)?;
-        let local = self.parts.map(|parts| &parts[ranks.rank()]);
-        let grid = &self.grids[if local.is_some() { ranks.rank() } else { 0 }];
+        let local = self.parts.as_ref().map(|parts| &parts[ranks.rank()]);
+        let own = local.map(|part| Grid::new(part.tables.tables())).transpose()?;
+        let grid = own.as_ref().or(self.whole.as_ref()).expect("ranks have parts or the whole grid");
         let values = local.map_or(&self.sphere.values, |part| &part.values);
         let field = Field::level_fastest(values, self.sphere.layers.count(), Location::Center)?;
         let decomposition = local.map(|local| Decomposition::new(&mut ranks, grid, &local.cells())).transpose()?;
@@ -191,17 +181,18 @@ impl<'w> Simulation<'w> {
         for scene in self.scenes.iter().flat_map(|scene| std::iter::repeat_n(scene, self.frames)) {
             let (layers, decomposition) = (&self.sphere.layers, decomposition.as_ref());
             let data = DistributedGrid { grid, decomposition, layers };
-            results.push(on_frame(match renderer.render_decomposed(&mut ranks, scene, data, &field)? {
+            let report = match renderer.render_decomposed(&mut ranks, scene, data, &field)? {
                 Rendered::Here(frame) => frame.report,
                 Rendered::AtRoot(report) => report,
-            }));
+            };
+            results.push(on_frame(&ranks, report));
         }
         Ok(results)
     }
 }
 
 /// Runs `work` for each rank on a thread of its own.
-fn on_threads<T: Send, R: Send>(team: Vec<T>, work: impl Fn(T) -> Result<R> + Sync) -> Result<Vec<R>> {
+pub(crate) fn on_threads<T: Send, R: Send>(team: Vec<T>, work: impl Fn(T) -> Result<R> + Sync) -> Result<Vec<R>> {
     let work = &work;
     thread::scope(|scope| {
         let threads: Vec<_> = team.into_iter().map(|one| scope.spawn(move || work(one))).collect();

@@ -120,6 +120,11 @@ impl TileFragments {
         self.all.extend_from_slice(fragments);
     }
 
+    /// Whether no ray has a fragment.
+    pub fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+
     /// The fragments, ray by ray.
     fn in_order(&self) -> impl Iterator<Item = &Fragment> {
         self.rays.iter().flat_map(|(first, count)| &self.all[*first..first + usize::from(*count)])

@@ -35,6 +35,11 @@ pub(crate) struct FieldValues<'f> {
     pub part: Option<&'f Part>,
 }
 
+/// The union of two ranges, of which `None` is empty.
+pub(crate) fn union(a: Option<[f64; 2]>, b: Option<[f64; 2]>) -> Option<[f64; 2]> {
+    a.zip(b).map(|([low, high], [l, h])| [low.min(l), high.max(h)]).or(a).or(b)
+}
+
 impl Ranges {
     /// The scene with the range of each colour map in this frame; `values` returns the field of a name. `None` if the
     /// scene specifies all ranges. Collective: all ranks request the same fields in the same order.
@@ -215,7 +220,7 @@ impl FieldValues<'_> {
         let mine = ranks.attempt(|| Ok(self.threads.run(|| columns.map(one).reduce(nothing, both))));
         let mut all = ranks.collective(mine)?;
         if self.part.is_some() {
-            all = ranks.share_values(&all)?.into_iter().fold(nothing(), both);
+            all = ranks.reduce_values(all, both)?;
         }
         Ok(((all.0 <= all.1).then_some([all.0, all.1]), all.2))
     }
@@ -239,10 +244,7 @@ impl FieldValues<'_> {
         };
         let mine = ranks.attempt(|| Ok(self.threads.run(|| columns.fold(nothing, add).reduce(nothing, added))));
         let mine = ranks.collective(mine)?;
-        if self.part.is_none() {
-            return Ok(mine);
-        }
-        Ok(ranks.share_values(&mine)?.into_iter().fold(nothing(), added))
+        if self.part.is_some() { ranks.reduce_values(mine, added) } else { Ok(mine) }
     }
 }
 

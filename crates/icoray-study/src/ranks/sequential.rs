@@ -4,7 +4,7 @@
 //! then, and no rank waits in its turn.
 
 use icoray::Result;
-use icoray::ranks::{LocalTeam, NodeMemory, NodeShare, Team, local_nodes};
+use icoray::ranks::{JoinBytes, LocalTeam, NodeMemory, NodeShare, RankMessages, Team, local_nodes};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -137,8 +137,8 @@ impl Team for SequentialRank {
         self.team.size()
     }
 
-    fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
-        self.outside_turn(|team| team.share(mine))
+    fn reduce(&mut self, mine: Vec<u8>, join: JoinBytes) -> Result<Vec<u8>> {
+        self.outside_turn(|team| team.reduce(mine, join))
     }
 
     fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>> {
@@ -157,7 +157,7 @@ impl Team for SequentialRank {
         self.team.try_receive()
     }
 
-    fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
+    fn exchange(&mut self, mine: RankMessages) -> Result<RankMessages> {
         self.outside_turn(|team| team.exchange(mine))
     }
 

@@ -11,11 +11,12 @@
 
 use super::FieldLayout;
 use super::run::load;
-use crate::ranks::{Part, Ranks, decode_list, encode_lists};
+use crate::ranks::{Part, Ranks};
 use crate::render_inputs::RenderInputs;
 use icoray_grid::threads::Threads;
 use icoray_grid::{Error, ErrorKind, Field, Location, Reals, Result};
 use rayon::prelude::*;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use std::ops::AddAssign;
@@ -80,13 +81,13 @@ impl<'m> Means<'m> {
         let most = ranks.attempt(|| Ok(threads.run(|| counted.most())));
         let mut most = ranks.collective(most)?;
         if shared {
-            most = greatest(ranks, most)?;
+            most = joined(ranks, most, |most, other| *most = most.max(other))?;
         }
         let scale: Vec<f64> = most.into_iter().map(scale).collect();
         let sums = ranks.attempt(|| Ok(threads.run(|| counted.sums(&scale, bands))));
         let mut sums = ranks.collective(sums)?;
         if shared {
-            sums = added(ranks, sums)?;
+            sums = joined(ranks, sums, |sum, other| *sum += other)?;
         }
         let layers = scale.len();
         let mean = |(i, sum): (usize, &Sum)| match sum.count {
@@ -214,28 +215,14 @@ impl<'c> Counted<'c> {
     }
 }
 
-/// The elementwise maximum of the ranks' numbers. Collective.
-fn greatest(ranks: &mut Ranks, mut max: Vec<f64>) -> Result<Vec<f64>> {
-    for others in ranks.share_values(&max)? {
-        max.iter_mut().zip(others).for_each(|(max, other)| *max = max.max(other));
-    }
-    Ok(max)
-}
-
-/// The sums over all ranks, of which each rank adds up a range and sends it to the others. Collective.
-fn added(ranks: &mut Ranks, mine: Vec<Sum>) -> Result<Vec<Sum>> {
-    let size = ranks.size();
-    let range = |rank: usize| rank * mine.len() / size..(rank + 1) * mine.len() / size;
-    let mut own = vec![Sum::default(); range(ranks.rank()).len()];
-    let ranges: Vec<Vec<Sum>> = (0..size).map(|rank| mine[range(rank)].to_vec()).collect();
-    let received = ranks.exchange(encode_lists(&ranges))?;
-    let mut add = || -> Result<()> {
-        for bytes in &received {
-            own.iter_mut().zip(decode_list::<Sum>(bytes)?).for_each(|(sum, other)| *sum += other);
-        }
-        Ok(())
-    };
-    let added = add();
-    ranks.collective(added)?;
-    Ok(ranks.share_values(&own)?.concat())
+/// The numbers of all ranks, joined place by place by `join`. Collective.
+fn joined<N: Serialize + DeserializeOwned>(
+    ranks: &mut Ranks,
+    mine: Vec<N>,
+    join: impl Fn(&mut N, N),
+) -> Result<Vec<N>> {
+    ranks.reduce_values(mine, |mut all, others| {
+        all.iter_mut().zip(others).for_each(|(one, other)| join(one, other));
+        all
+    })
 }

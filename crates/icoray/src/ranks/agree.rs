@@ -43,13 +43,26 @@ pub struct Refusal {
     pub sentence: String,
 }
 
-/// One rank's [`Vote`], as received; the members are in the order in which they are sent.
-#[derive(Debug, Deserialize)]
-struct ReceivedVote {
-    refusal: Option<(i32, String)>,
+/// The votes of some ranks.
+#[derive(Debug, Serialize, Deserialize)]
+struct JoinedVotes {
+    /// The refusal of the lowest rank that refuses.
+    refusal: Option<(usize, i32, String)>,
+    /// The facts of the lowest rank.
+    lowest: RankFacts,
+    /// The lowest rank whose facts differ from these.
+    other: Option<RankFacts>,
+    /// The lowest rank that leaves.
+    leaves: Option<usize>,
+    /// Whether any rank stays.
+    is_any_left: bool,
+}
+
+/// The facts of a rank, by name.
+#[derive(Debug, Serialize, Deserialize)]
+struct RankFacts {
+    rank: usize,
     facts: Vec<(String, String)>,
-    value: Vec<u8>,
-    leaves: bool,
 }
 
 impl Ranks {
@@ -74,18 +87,18 @@ impl Ranks {
         if team.is_gone() {
             return Err(Error::new(ErrorKind::Mpi, "ranks cannot be reached any more: MPI was finalised"));
         }
-        let value = if team.rank() == 0 { mine.value } else { &[] };
-        let votes = team.share(&encode(&(mine.refusal, &mine.facts, value, mine.leaves)))?;
-        let mut votes = votes.iter().map(|bytes| decode(bytes)).collect::<Result<Vec<ReceivedVote>>>()?;
-        if !votes.iter().all(|vote| vote.leaves) {
-            self.left = votes.iter().position(|vote| vote.leaves);
+        let join = |a: Vec<u8>, b: Vec<u8>| Ok(encode(&JoinedVotes::join(decode(&a)?, decode(&b)?)));
+        let joined = team.reduce(encode(&JoinedVotes::of_rank(team.rank(), mine)), &join)?;
+        let outcome = if team.rank() == 0 { encode(&(joined, mine.value)) } else { Vec::new() };
+        let (votes, value): (Vec<u8>, Vec<u8>) = decode(&team.broadcast(outcome)?)?;
+        let votes: JoinedVotes = decode(&votes)?;
+        if votes.is_any_left {
+            self.left = votes.leaves;
         }
         if self.left.is_some() {
             team.give_up();
         }
-        let refusal = refusal(&votes);
-        let value = votes.first_mut().map(|root| std::mem::take(&mut root.value)).unwrap_or_default();
-        Ok(Agreement { refusal, value })
+        Ok(Agreement { refusal: votes.into_refusal(), value })
     }
 
     /// Returns `mine` if it is a success on all ranks; else all ranks return the error of the lowest failed rank.
@@ -140,25 +153,46 @@ impl Refusal {
     }
 }
 
-/// The refusal of the lowest rank that refuses, or else the first fact in which the lowest rank that differs from rank
-/// 0 differs.
-fn refusal(votes: &[ReceivedVote]) -> Option<Refusal> {
-    for (rank, vote) in votes.iter().enumerate() {
-        if let Some((number, sentence)) = &vote.refusal {
-            return Some(Refusal { number: Some(*number), rank, sentence: sentence.clone() });
+impl JoinedVotes {
+    fn of_rank(rank: usize, vote: &Vote) -> Self {
+        let facts = vote.facts.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
+        JoinedVotes {
+            refusal: vote.refusal.map(|(number, sentence)| (rank, number, sentence.to_owned())),
+            lowest: RankFacts { rank, facts },
+            other: None,
+            leaves: vote.leaves.then_some(rank),
+            is_any_left: !vote.leaves,
         }
     }
-    let root = votes.first()?;
-    for (rank, other) in votes.iter().enumerate().skip(1) {
-        let differs = other.facts.iter().zip(&root.facts).find(|(mine, roots)| mine != roots);
+
+    /// The votes of both groups of ranks.
+    fn join(a: Self, b: Self) -> Self {
+        let (a, b) = if a.lowest.rank < b.lowest.rank { (a, b) } else { (b, a) };
+        // If the lowest ranks of both have the same facts, those of b that differ from them differ from those of a.
+        let of_b = if b.lowest.facts == a.lowest.facts { b.other } else { Some(b.lowest) };
+        JoinedVotes {
+            refusal: a.refusal.into_iter().chain(b.refusal).min_by_key(|(rank, ..)| *rank),
+            lowest: a.lowest,
+            other: a.other.into_iter().chain(of_b).min_by_key(|other| other.rank),
+            leaves: a.leaves.into_iter().chain(b.leaves).min(),
+            is_any_left: a.is_any_left || b.is_any_left,
+        }
+    }
+
+    /// The refusal of the lowest rank that refuses, or else the first fact in which the lowest rank that differs from
+    /// rank 0 differs.
+    fn into_refusal(self) -> Option<Refusal> {
+        if let Some((rank, number, sentence)) = self.refusal {
+            return Some(Refusal { number: Some(number), rank, sentence });
+        }
+        let (root, RankFacts { rank, facts }) = (self.lowest.facts, self.other?);
+        let differs = facts.iter().zip(&root).find(|(mine, roots)| mine != roots);
         let sentence = match differs {
             Some(((name, mine), (roots_name, roots))) if name == roots_name => {
                 format!("{name} {mine}, but {roots} on rank 0; ranks that draw one picture must have the same")
             }
-            None if other.facts.len() == root.facts.len() => continue,
             _ => "is in another call than rank 0".into(),
         };
-        return Some(Refusal { number: None, rank, sentence });
+        Some(Refusal { number: None, rank, sentence })
     }
-    None
 }

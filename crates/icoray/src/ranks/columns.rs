@@ -16,7 +16,7 @@ use super::mesh::{MeshMemory, Numbers, SharedGrid};
 use super::nodes::Nodes;
 use super::owners::CellOwners;
 use super::supply::{ColumnLookup, Supply};
-use super::{Node, NodeFields, Part, Ranks, Stored, bad};
+use super::{Node, NodeFields, Part, RankMessages, Ranks, Stored, bad};
 use crate::fields::Fields;
 use icoray_grid::heights::check_corner_columns;
 use icoray_grid::threads::Threads;
@@ -286,18 +286,19 @@ impl Columns {
             });
             Ok(())
         });
-        let at_once = (most / (width + 8) / ranks.size()).max(1);
+        // A rank receives from one rank of each other node, or from more if nodes have different numbers of ranks.
+        let at_once = (most / (width + 8) / node.partners.len().max(1)).max(1);
         let sends_own = self.node_grid.is_none() || node.is_refused;
         let rounds = if ranks.size() > 1 { supply.max_sent(sends_own).div_ceil(at_once) } else { 0 };
         for round in 0..rounds {
             // After a failure the collective calls go on: the other ranks wait in them.
             let range = round * at_once..(round + 1) * at_once;
-            let messages = ranks.attempt(|| Ok(self.messages(ranks.size(), node, (&source, supply), range)));
+            let messages = ranks.attempt(|| Ok(self.messages(node, (&source, supply), range)));
             let messages = messages.unwrap_or_else(|error| {
                 outcome = std::mem::replace(&mut outcome, Ok(())).and(Err(error));
-                vec![Vec::new(); ranks.size()]
+                RankMessages::new()
             });
-            for bytes in ranks.exchange(messages)? {
+            for bytes in ranks.exchange(messages)?.into_values() {
                 let read = read_columns(&bytes, width, supply.rows, |row, bytes| {
                     node.memory.put(at + row * width, bytes);
                     columns += 1;
@@ -310,24 +311,18 @@ impl Columns {
     }
 
     /// The messages to each rank: of the columns that it takes in for its node, those whose numbers are in `range`.
-    fn messages(
-        &self,
-        ranks: usize,
-        node: &Node,
-        (source, supply): (&ColumnSource, &Supply),
-        range: Range<usize>,
-    ) -> Vec<Vec<u8>> {
-        let mut messages = vec![Vec::new(); ranks];
+    fn messages(&self, node: &Node, (source, supply): (&ColumnSource, &Supply), range: Range<usize>) -> RankMessages {
+        let mut messages = RankMessages::new();
         let mut same: Option<(usize, usize)> = None;
         for to in &node.partners {
             let rows = supply.for_rank(&self.nodes, *to);
             // Nodes with the same mesh get the same columns.
             if let Some((_, other)) = same.filter(|(leader, _)| *leader == self.nodes.leader_of(*to)) {
-                messages[*to] = messages[other].clone();
+                messages.insert(*to, messages[&other].clone());
                 continue;
             }
             let [first, end] = [range.start, range.end].map(|k| k.min(rows.len()));
-            let message = &mut messages[*to];
+            let message = messages.entry(*to).or_default();
             source.visit(&rows[first..end], |row, bytes| {
                 message.extend_from_slice(&u64::from(row).to_le_bytes());
                 message.extend_from_slice(bytes);

@@ -6,7 +6,7 @@ use super::message_queue::{Communicator, MessageQueue};
 use super::shared_node::{MeetingMemory, NodeGroup, new_name};
 use super::tree::Tree;
 use super::wire::{decode, encode};
-use super::{NAP, NodeShare, PointToPoint, Team};
+use super::{JoinBytes, NAP, NodeShare, PointToPoint, RankMessages, Team, Traffic};
 use icoray_grid::Result;
 use icoray_shared_memory::SharedMemory;
 use std::sync::{Arc, Mutex};
@@ -116,8 +116,8 @@ impl<C: Communicator> Team for CommunicatorTeam<C> {
         self.comm().give_up();
     }
 
-    fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
-        self.collective(|tree| tree.share(mine))
+    fn reduce(&mut self, mine: Vec<u8>, join: JoinBytes) -> Result<Vec<u8>> {
+        self.collective(|tree| tree.reduce(mine, join))
     }
 
     fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>> {
@@ -136,8 +136,12 @@ impl<C: Communicator> Team for CommunicatorTeam<C> {
         self.tree.try_receive()
     }
 
-    fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
+    fn exchange(&mut self, mine: RankMessages) -> Result<RankMessages> {
         self.collective(|tree| tree.exchange(mine))
+    }
+
+    fn traffic(&self) -> Traffic {
+        self.tree.traffic()
     }
 
     fn point_to_point(&mut self) -> Result<Box<dyn PointToPoint>> {

@@ -3,22 +3,23 @@
 //! A cell's average needs the values at all of its corners. A rank has columns for all of them, but those that it does
 //! not own may not have been computed here: their owners send them.
 
-use super::Ranks;
 use super::columns::visit_columns;
 use super::corner_owners::OwnCorners;
 use super::mesh::{Corner, Numbers};
 use super::supply::ColumnLookup;
-use super::wire::{decode_lists, encode_lists};
+use super::wire::{RankLists, decode_lists, encode_lists};
+use super::{RankMessages, Ranks};
 use bytemuck::Pod;
 use icoray_grid::{CornerColumns, Error, ErrorKind, Field, OwnedReals, Reals, Result, Shape};
+use std::collections::BTreeMap;
 
 /// The exchange of columns at corners between the ranks of a decomposition.
 #[derive(Debug, Clone)]
 pub(super) struct CornerHalo {
-    /// For each rank, the columns that it receives from this one.
-    sends: Vec<Vec<u32>>,
-    /// Number of columns received from each rank.
-    receives: Vec<usize>,
+    /// The columns that other ranks receive from this one.
+    sends: RankLists<u32>,
+    /// Number of columns received from each rank that sends any.
+    receives: BTreeMap<usize, usize>,
     /// The row of each corner of this rank's tables among all received columns, or [`CornerColumns::OWN`].
     row: Vec<u32>,
     /// Whether an average of any rank reads this rank's own column of each corner.
@@ -47,31 +48,30 @@ impl CornerHalo {
             }
             None => around.iter().map(|corner| numbers.owner_of_corner(*corner as usize)).collect(),
         };
-        let mut requests: Vec<Vec<(Corner, u32)>> = vec![Vec::new(); ranks.size()];
+        let (mut asked, mut requests) = (RankLists::<Corner>::new(), RankLists::<u32>::new());
         for (corner, owner) in around.into_iter().zip(owners).filter(|(_, owner)| *owner as usize != numbers.rank) {
-            requests[owner as usize].push((numbers.corner(corner as usize), corner));
+            asked.entry(owner as usize).or_default().push(numbers.corner(corner as usize));
+            requests.entry(owner as usize).or_default().push(corner);
         }
-        let asked: Vec<Vec<Corner>> =
-            requests.iter().map(|of| of.iter().map(|(corner, _)| *corner).collect()).collect();
         let received = decode_lists::<Corner>(&ranks.exchange(encode_lists(&asked))?);
         let received = ranks.collective(received)?;
-        let (mut sends, mut answers) = (vec![Vec::new(); ranks.size()], vec![Vec::new(); ranks.size()]);
-        for (rank, corners) in received.iter().enumerate() {
-            for column in corners.iter().map(|corner| lookup.corner(corner)) {
-                answers[rank].push(u8::from(column.is_some()));
-                sends[rank].extend(column);
-            }
+        let (mut sends, mut answers) = (RankLists::new(), RankMessages::new());
+        for (rank, corners) in received {
+            let columns: Vec<Option<u32>> = corners.iter().map(|corner| lookup.corner(corner)).collect();
+            answers.insert(rank, columns.iter().map(|column| u8::from(column.is_some())).collect());
+            sends.insert(rank, columns.into_iter().flatten().collect());
         }
-        let (mut row, mut receives, mut rows) = (vec![CornerColumns::OWN; grid.triangles()], Vec::new(), 0);
-        for (requests, answers) in requests.iter().zip(ranks.exchange(answers)?) {
-            let first = rows;
-            for ((_, corner), _) in requests.iter().zip(answers).filter(|(_, has)| *has == 1) {
+        let (mut row, mut receives, mut rows) = (vec![CornerColumns::OWN; grid.triangles()], BTreeMap::new(), 0);
+        for (rank, answers) in ranks.exchange(answers)? {
+            let (first, requests) = (rows, requests.get(&rank).into_iter().flatten());
+            for (corner, _) in requests.zip(answers).filter(|(_, has)| *has == 1) {
                 (row[*corner as usize], is_read[*corner as usize]) = (rows, false);
                 rows += 1;
             }
-            receives.push((rows - first) as usize);
+            receives.insert(rank, (rows - first) as usize);
         }
-        sends.iter().flatten().for_each(|column| is_read[*column as usize] = true);
+        receives.retain(|_, columns| *columns > 0);
+        sends.values().flatten().for_each(|column| is_read[*column as usize] = true);
         Ok(CornerHalo { sends, receives, row, is_read })
     }
 
@@ -95,26 +95,27 @@ impl CornerHalo {
 
     fn exchange_of<S: Pod>(&self, ranks: &mut Ranks, field: &Field, samples: &[S]) -> Result<Vec<S>> {
         let messages = ranks.attempt(|| {
-            let message = |columns: &Vec<u32>| {
+            let message = |(rank, columns): (&usize, &Vec<u32>)| {
                 let mut bytes = Vec::new();
                 let columns = columns.iter().map(|column| (*column, 0));
                 visit_columns(samples, field, columns, |_, values| bytes.extend_from_slice(values));
-                bytes
+                (*rank, bytes)
             };
             Ok(self.sends.iter().map(message).collect())
         });
         let messages = ranks.collective(messages)?;
         let received = ranks.exchange(messages)?;
         let width = field.shape().layers * size_of::<S>();
-        let is_complete = received.iter().zip(&self.receives).all(|(bytes, columns)| bytes.len() == columns * width);
+        let expected = self.receives.iter().map(|(rank, columns)| (*rank, columns * width));
+        let is_complete = received.iter().map(|(rank, bytes)| (*rank, bytes.len())).eq(expected);
         let cut = || Error::new(ErrorKind::Mpi, "values at corners are cut short");
         ranks.collective(is_complete.then_some(()).ok_or_else(cut))?;
-        Ok(received.iter().flat_map(|bytes| bytemuck::pod_collect_to_vec::<u8, S>(bytes)).collect())
+        Ok(received.values().flat_map(|bytes| bytemuck::pod_collect_to_vec::<u8, S>(bytes)).collect())
     }
 
     /// The received columns of `field` as a field.
     pub fn field<'h>(&self, field: &Field, halo: &'h OwnedReals) -> Result<Field<'h>> {
-        let shape = Shape::level_fastest(self.receives.iter().sum(), field.shape().layers);
+        let shape = Shape::level_fastest(self.receives.values().sum(), field.shape().layers);
         Field::new(halo.as_reals(), shape, field.location(), field.fill())
     }
 }

@@ -14,7 +14,7 @@ pub(super) struct OwnCorners {
 impl OwnCorners {
     /// Reads `corners`, a row for each corner of `grid`; `None` where no rank has numbered its corners. Collective.
     pub fn read(ranks: &mut Ranks, grid: &Grid, corners: Option<&PartCorners>) -> Result<Option<Self>> {
-        if !ranks.share_values(&corners.is_some())?.contains(&true) {
+        if !ranks.reduce_values(corners.is_some(), |a, b| a || b)? {
             return Ok(None);
         }
         let read = ranks.attempt(|| match corners {

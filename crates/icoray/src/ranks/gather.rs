@@ -13,6 +13,7 @@ use icoray_output::{ErrorSummary, RanksReport, SamplingReport};
 use icoray_scene::Quality;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -36,6 +37,47 @@ impl TileAssignment {
     /// The tiles of a rank.
     pub fn tiles_of(&self, rank: usize) -> Vec<u32> {
         (0..).zip(&self.owners).filter(|(_, owner)| **owner as usize == rank).map(|(tile, _)| tile).collect()
+    }
+}
+
+/// This rank's share in a tiling.
+pub(crate) struct TileShare<'t> {
+    pub tiling: &'t dyn Tiling,
+    /// The rank of each tile.
+    pub owners: &'t [u32],
+    /// Seconds of this rank's earlier drawing of the same picture, and the counts of its rays.
+    pub earlier_s: f64,
+    pub earlier_counts: Counts,
+}
+
+impl TileShare<'_> {
+    fn tiles_of(&self, rank: usize) -> usize {
+        self.owners.iter().filter(|owner| **owner as usize == rank).count()
+    }
+}
+
+/// What ranks report to rank 0 beside their tiles.
+#[derive(Serialize, Deserialize)]
+struct RankSums {
+    /// Sum and maximum of the ranks' seconds of drawing.
+    render_s: f64,
+    most_s: f64,
+    /// Sums of the counts of their earlier rays.
+    counts: [u64; 7],
+    /// The error of the lowest rank that failed.
+    failure: Option<(usize, WireError)>,
+}
+
+impl RankSums {
+    fn join(a: Self, b: Self) -> Self {
+        let mut counts = Counts::of_numbers(a.counts);
+        counts += Counts::of_numbers(b.counts);
+        RankSums {
+            render_s: a.render_s + b.render_s,
+            most_s: a.most_s.max(b.most_s),
+            counts: counts.numbers(),
+            failure: a.failure.into_iter().chain(b.failure).min_by_key(|(rank, _)| *rank),
+        }
     }
 }
 
@@ -77,13 +119,15 @@ impl Ranks {
         if self.team.is_none() {
             return mine;
         }
-        let mut cheapest = self.collective(mine)?;
-        for other in self.share_values(&cheapest)? {
-            cheapest.pixel_step = cheapest.pixel_step.max(other.pixel_step);
-            cheapest.tolerance = cheapest.tolerance.max(other.tolerance);
-            cheapest.lights = cheapest.lights.min(other.lights);
-        }
-        Ok(cheapest)
+        self.reduce_work(
+            || mine,
+            |mut cheapest: Quality, other| {
+                cheapest.pixel_step = cheapest.pixel_step.max(other.pixel_step);
+                cheapest.tolerance = cheapest.tolerance.max(other.tolerance);
+                cheapest.lights = cheapest.lights.min(other.lights);
+                cheapest
+            },
+        )
     }
 
     /// Agrees on rank 0's quality and assigns tiles to ranks; `facts` must be equal on all ranks.
@@ -124,69 +168,70 @@ impl Ranks {
 
     /// Calls `draw` for this rank's tiles on `threads`, and sends each tile to rank 0 as soon as it is drawn. On rank
     /// 0, a failure of any rank is the result; on other ranks the result covers sending only, and [`Self::conclude`]
-    /// returns the outcome. `earlier_s` are the seconds of this rank's earlier drawing.
+    /// returns the outcome. Rank 0 receives a message per tile and one per failure; seconds, counts and errors are joined
+    /// on the way to it.
     pub(crate) fn gather(
         &mut self,
         threads: &Threads,
-        tiling: &dyn Tiling,
-        earlier_s: f64,
+        share: &TileShare,
         draw: impl FnOnce(&(dyn Fn(Tile) + Sync)) + Send,
     ) -> Result<GatheredTiles> {
-        let start = Instant::now();
+        let (start, tiling) = (Instant::now(), share.tiling);
         let (given, drawn) = unbounded();
         // The sender is dropped when all is drawn, also by a panic; then the receiver ends.
         let draw = move || {
             // The receiver is gone if ranks cannot be reached; that error is returned elsewhere.
             draw(&|tile| drop(given.send(tile)));
-            earlier_s + start.elapsed().as_secs_f64()
+            share.earlier_s + start.elapsed().as_secs_f64()
         };
         let Some(team) = &mut self.team else {
-            let drawn_s = threads.run(draw);
-            return Ok(GatheredTiles {
-                tiles: drawn.try_iter().collect(),
-                render_s: drawn_s,
-                ..GatheredTiles::default()
-            });
+            let render_s = threads.run(draw);
+            let mut tiles: Vec<Tile> = drawn.try_iter().collect();
+            tiles.iter_mut().take(1).for_each(|tile| tile.counts += share.earlier_counts);
+            return Ok(GatheredTiles { tiles, render_s, ..GatheredTiles::default() });
         };
         let mut outcome = Ok(0.0);
         let on_threads = || outcome = Error::of_panics(|| Ok(draw()));
+        let mut received = ReceivedTiles::new(team.size(), share);
+        let mut gather_s = 0.0;
         if team.rank() != 0 {
-            threads.run_with(on_threads, || send(&mut **team, &drawn))?;
-            let drawn_s = *outcome.as_ref().unwrap_or(&0.0);
-            team.send(packed::end(&outcome))?;
+            let sent = threads.run_with(on_threads, || send(&mut **team, &drawn))?;
+            if sent < share.tiles_of(team.rank()) {
+                team.send(packed::end())?;
+            }
             while !team.is_sent()? {
                 sleep(NAP);
             }
-            return Ok(GatheredTiles { render_s: drawn_s, ..GatheredTiles::default() });
-        }
-        let mut received = ReceivedTiles::new(team.size(), tiling);
-        threads.run_with(on_threads, || received.take(&mut **team, &drawn))?;
-        let waiting = Instant::now();
-        let drawn_s = *outcome.as_ref().unwrap_or(&0.0);
-        received.of[0].outcome = outcome.map(Some);
-        while !received.are_whole() {
-            team.wait()?;
-            received.take_all(&mut **team)?;
-        }
-        let gather_s = waiting.elapsed().as_secs_f64();
-        let ReceivedTiles { of, bytes_received, .. } = received;
-        let (ranks, mut sum, mut most) = (of.len(), 0.0, 0.0f64);
-        let mut tiles = Vec::with_capacity(tiling.tiles() as usize);
-        let mut costs = tiling.raster().map(TileCosts::new);
-        // In order of rank: the error of the lowest failed rank is returned.
-        for (rank, part) in of.into_iter().enumerate() {
-            let seconds = part.outcome.map_err(|e| e.of_rank(rank, ranks))?.unwrap_or(0.0);
-            (sum, most) = (sum + seconds, most.max(seconds));
-            if let Some(costs) = &mut costs {
-                part.tiles.iter().for_each(|tile| costs.set(tile.number, tile.seconds));
+        } else {
+            threads.run_with(on_threads, || received.take(&mut **team, &drawn))?;
+            let waiting = Instant::now();
+            while !received.are_whole() {
+                team.wait()?;
+                received.take_all(&mut **team)?;
             }
-            tiles.extend(part.tiles);
+            gather_s = waiting.elapsed().as_secs_f64();
         }
-        if costs.is_some() {
-            self.costs = costs;
+        let (rank, ranks, render_s) = (team.rank(), team.size(), *outcome.as_ref().unwrap_or(&0.0));
+        let failure = outcome.as_ref().err().map(|error| (rank, error.into()));
+        let mine = RankSums { render_s, most_s: render_s, counts: share.earlier_counts.numbers(), failure };
+        let summed = team.reduce(encode(&mine), &|a, b| Ok(encode(&RankSums::join(decode(&a)?, decode(&b)?))))?;
+        if team.rank() != 0 {
+            return Ok(GatheredTiles { render_s, ..GatheredTiles::default() });
         }
-        let balance = if most > 0.0 { sum / ranks as f64 / most } else { 1.0 };
-        Ok(GatheredTiles { tiles, render_s: drawn_s, gather_s, balance, bytes_received })
+        let ReceivedTiles { mut tiles, failures, bytes_received, .. } = received;
+        let RankSums { render_s: sum, most_s, counts, failure } = decode(&summed)?;
+        let failure = failure.map(|(rank, error)| (rank, error.received()));
+        if let Some((rank, error)) = failures.into_iter().chain(failure).min_by_key(|(rank, _)| *rank) {
+            return Err(error.of_rank(rank, ranks));
+        }
+        if let Some(raster) = tiling.raster() {
+            let mut costs = TileCosts::new(raster);
+            tiles.iter().for_each(|tile| costs.set(tile.number, tile.seconds));
+            self.costs = Some(costs);
+        }
+        tiles.iter_mut().take(1).for_each(|tile| tile.counts += Counts::of_numbers(counts));
+        let balance = if most_s > 0.0 { sum / ranks as f64 / most_s } else { 1.0 };
+        Ok(GatheredTiles { tiles, render_s, gather_s, balance, bytes_received })
     }
 
     /// Broadcasts rank 0's outcome of a frame, as [`Self::hear_root`] does.
@@ -221,45 +266,47 @@ impl Ranks {
     }
 }
 
-/// Sends tiles while they are drawn.
-fn send(team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<()> {
+/// Sends tiles while they are drawn; returns their number.
+fn send(team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<usize> {
+    let mut sent = 0;
     loop {
         match drawn.recv_timeout(TICK) {
-            Ok(tile) => team.send(packed::tile(&tile))?,
+            Ok(tile) => {
+                team.send(packed::tile(&tile))?;
+                sent += 1;
+            }
             Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            Err(RecvTimeoutError::Disconnected) => return Ok(sent),
         }
         team.is_sent()?;
     }
 }
 
-/// The tiles that rank 0 has received from each rank.
+/// The tiles that rank 0 has received.
 struct ReceivedTiles<'t> {
     tiling: &'t dyn Tiling,
-    of: Vec<RankTiles>,
+    tiles: Vec<Tile>,
+    /// Number of tiles that each rank has yet to send.
+    missing: Vec<usize>,
+    /// Errors of messages that cannot be decoded, by the rank that sent them.
+    failures: BTreeMap<usize, Error>,
     bytes_received: u64,
 }
 
-struct RankTiles {
-    tiles: Vec<Tile>,
-    /// The rank's seconds of drawing, once it has drawn all tiles.
-    outcome: Result<Option<f64>>,
-    /// Whether the last message of the rank has arrived; a message that cannot be decoded does not count.
-    has_ended: bool,
-}
-
 impl<'t> ReceivedTiles<'t> {
-    fn new(ranks: usize, tiling: &'t dyn Tiling) -> Self {
+    fn new(ranks: usize, share: &TileShare<'t>) -> Self {
+        let mut missing = vec![0; ranks];
+        share.owners.iter().for_each(|owner| missing[*owner as usize] += 1);
         // Rank 0 sends no message to itself.
-        let part = |rank| RankTiles { tiles: Vec::new(), outcome: Ok(None), has_ended: rank == 0 };
-        ReceivedTiles { tiling, of: (0..ranks).map(part).collect(), bytes_received: 0 }
+        missing[0] = 0;
+        ReceivedTiles { tiling: share.tiling, tiles: Vec::new(), missing, failures: BTreeMap::new(), bytes_received: 0 }
     }
 
     /// Collects this rank's tiles while they are drawn, and meanwhile those received from other ranks.
     fn take(&mut self, team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<()> {
         loop {
             match drawn.recv_timeout(TICK) {
-                Ok(tile) => self.of[0].tiles.push(tile),
+                Ok(tile) => self.tiles.push(tile),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
             }
@@ -271,22 +318,18 @@ impl<'t> ReceivedTiles<'t> {
     fn take_all(&mut self, team: &mut dyn Team) -> Result<()> {
         while let Some((rank, bytes)) = team.try_receive()? {
             self.bytes_received += bytes.len() as u64;
-            let part = &mut self.of[rank];
+            self.missing[rank] = self.missing[rank].saturating_sub(1);
             match packed::read(&bytes, rank, self.tiling) {
-                Ok(Sent::Tile(tile)) => part.tiles.push(tile),
-                Ok(Sent::End(outcome)) => {
-                    part.has_ended = true;
-                    // An earlier decoding error has precedence.
-                    part.outcome = std::mem::replace(&mut part.outcome, Ok(None)).and(outcome.map(Some));
-                }
-                Err(e) => part.outcome = Err(e),
+                Ok(Sent::Tile(tile)) => self.tiles.push(tile),
+                Ok(Sent::End) => self.missing[rank] = 0,
+                Err(error) => drop(self.failures.entry(rank).or_insert(error)),
             }
         }
         Ok(())
     }
 
-    /// Whether the last message of every rank has arrived.
+    /// Whether no rank has a message to send.
     fn are_whole(&self) -> bool {
-        self.of.iter().all(|part| part.has_ended)
+        self.missing.iter().all(|missing| *missing == 0)
     }
 }

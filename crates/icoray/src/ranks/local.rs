@@ -1,9 +1,11 @@
 //! Ranks that are threads of one process: for tests, and to study the work of ranks without MPI.
 
+use super::pieces::Addressed;
 use super::tree::Tree;
-use super::{Messages, NodeMemory, NodeShare, PointToPoint, Team};
+use super::{JoinBytes, Messages, NodeMemory, NodeShare, PointToPoint, RankMessages, Team, Traffic};
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use icoray_grid::{Error, ErrorKind, Result};
+use std::collections::BTreeMap;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::sync::{Arc, Barrier, Mutex, PoisonError};
@@ -11,8 +13,8 @@ use std::thread;
 
 /// One rank of [`local_nodes`].
 #[derive(Debug)]
-pub struct LocalTeam {
-    tree: Tree<LocalMessages>,
+pub struct LocalTeam<M = LocalMessages> {
+    tree: Tree<M>,
     /// `None` once [`Team::point_to_point`] has returned it.
     beside: Option<LocalMessages>,
     node: Arc<LocalNode>,
@@ -46,18 +48,20 @@ pub fn local_team(size: usize) -> Vec<LocalTeam> {
 /// Makes ranks on nodes, each to be moved to a thread of its own: `node_of` has a number for each rank, equal for the
 /// ranks of a node.
 pub fn local_nodes(node_of: &[usize]) -> Vec<LocalTeam> {
-    let mut nodes: Vec<Arc<LocalNode>> = Vec::new();
+    local_nodes_over(node_of, |messages| messages)
+}
+
+/// As [`local_nodes`], over messages that `wrap` makes of those between threads: delayed or counted ones, for example.
+pub fn local_nodes_over<M: Messages>(node_of: &[usize], mut wrap: impl FnMut(LocalMessages) -> M) -> Vec<LocalTeam<M>> {
+    let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    node_of.iter().enumerate().for_each(|(rank, node)| members.entry(*node).or_default().push(rank));
+    let node =
+        |ranks: &Vec<usize>| LocalNode { leader: ranks[0], written: Mutex::default(), meet: Barrier::new(ranks.len()) };
+    let nodes: BTreeMap<usize, Arc<LocalNode>> = members.iter().map(|(n, ranks)| (*n, Arc::new(node(ranks)))).collect();
     let [messages, beside] = [(); 2].map(|()| local_messages(node_of.len()));
-    let team = messages.into_iter().zip(beside).enumerate().map(|(rank, (messages, beside))| {
-        let known = nodes.iter().find(|node| node_of[node.leader] == node_of[rank]).cloned();
-        let node = known.unwrap_or_else(|| {
-            let ranks = node_of.iter().filter(|node| **node == node_of[rank]).count();
-            let node = LocalNode { leader: rank, written: Mutex::default(), meet: Barrier::new(ranks) };
-            nodes.push(Arc::new(node));
-            nodes[nodes.len() - 1].clone()
-        });
-        let node_rank = node_of[..rank].iter().filter(|node| **node == node_of[rank]).count();
-        LocalTeam { tree: Tree::new(messages, node_rank), beside: Some(beside), node }
+    let team = messages.into_iter().zip(beside).zip(node_of).map(|((messages, beside), node)| {
+        let node_rank = members[node].binary_search(&messages.rank).unwrap_or(0);
+        LocalTeam { tree: Tree::new(wrap(messages), node_rank), beside: Some(beside), node: nodes[node].clone() }
     });
     team.collect()
 }
@@ -66,7 +70,7 @@ fn gone(of: &str) -> Error {
     Error::new(ErrorKind::Mpi, format!("{of} is gone"))
 }
 
-impl Team for LocalTeam {
+impl<M: Messages> Team for LocalTeam<M> {
     fn rank(&self) -> usize {
         self.tree.rank()
     }
@@ -75,8 +79,8 @@ impl Team for LocalTeam {
         self.tree.size()
     }
 
-    fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
-        self.tree.share(mine)
+    fn reduce(&mut self, mine: Vec<u8>, join: JoinBytes) -> Result<Vec<u8>> {
+        self.tree.reduce(mine, join)
     }
 
     fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>> {
@@ -95,8 +99,12 @@ impl Team for LocalTeam {
         self.tree.try_receive()
     }
 
-    fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
+    fn exchange(&mut self, mine: RankMessages) -> Result<RankMessages> {
         self.tree.exchange(mine)
+    }
+
+    fn traffic(&self) -> Traffic {
+        self.tree.traffic()
     }
 
     fn point_to_point(&mut self) -> Result<Box<dyn PointToPoint>> {
@@ -160,10 +168,10 @@ impl NodeMemory for LocalMemory {
 
 /// Messages between threads.
 #[derive(Debug)]
-struct LocalMessages {
+pub struct LocalMessages {
     rank: usize,
-    to: Vec<Sender<(usize, Vec<u8>)>>,
-    from: Receiver<(usize, Vec<u8>)>,
+    to: Arc<[Sender<Addressed>]>,
+    from: Receiver<Addressed>,
     meeting: Arc<AtomicUsize>,
     /// The count of the meeting at which all ranks have entered this rank's current one.
     awaited: Option<usize>,
@@ -172,9 +180,9 @@ struct LocalMessages {
 
 fn local_messages(size: usize) -> Vec<LocalMessages> {
     let (to, from): (Vec<_>, Vec<_>) = (0..size).map(|_| unbounded()).unzip();
-    let meeting = Arc::default();
+    let (to, meeting): (Arc<[_]>, _) = (to.into(), Arc::default());
     let one = |(rank, from)| {
-        let (to, meeting) = (to.clone(), Arc::clone(&meeting));
+        let (to, meeting) = (Arc::clone(&to), Arc::clone(&meeting));
         LocalMessages { rank, to, from, meeting, awaited: None, meetings: 0 }
     };
     from.into_iter().enumerate().map(one).collect()

@@ -8,10 +8,14 @@
 //!
 //! 1. [`Ranks::agree`] compares the ranks' inputs and states, and sends the values that rank 0 decides. It is repeated
 //!    for further decisions of rank 0.
-//! 2. Tiles go to rank 0 as they are drawn, in any order, followed by a mark that the rank has drawn all of them.
+//! 2. Tiles go to rank 0 as they are drawn, in any order; a rank that fails sends a mark instead of the others.
 //! 3. Rank 0 sends the outcome to all: the pixels at edges, for a second round, and the end of the frame.
 //!
 //! Only the calling thread communicates; the renderer's threads draw meanwhile.
+//!
+//! In a frame no message and no memory of a rank grows with the number of ranks, but for rank 0's list of the tiles that
+//! ranks have yet to send: what all ranks contribute to is joined on the way to rank 0 ([`Team::reduce`]), and ranks
+//! send each other only what is not empty ([`Team::exchange`]).
 
 mod agree;
 mod cells;
@@ -20,6 +24,7 @@ mod communicator_team;
 mod corner_halo;
 mod corner_owners;
 mod decomposition;
+mod fragments;
 mod gather;
 mod load_balance;
 mod local;
@@ -46,8 +51,9 @@ pub use columns::Columns;
 pub(crate) use columns::GatherInputs;
 pub use communicator_team::CommunicatorTeam;
 pub use decomposition::{Decomposition, DistributedGrid};
-pub(crate) use gather::{FrameSummary, TileAssignment};
-pub use local::{LocalTeam, local_nodes, local_team, on_local_nodes};
+pub(crate) use fragments::{ReceivedFragments, Traced};
+pub(crate) use gather::{FrameSummary, TileAssignment, TileShare};
+pub use local::{LocalMessages, LocalTeam, local_nodes, local_nodes_over, local_team, on_local_nodes};
 pub use message_queue::{Communicator, MessageQueue};
 use node::Returned;
 pub(crate) use node::{LentNode, Node};
@@ -56,16 +62,32 @@ pub(crate) use node_fields::{NodeFields, Stored};
 pub(crate) use part::Part;
 pub(crate) use pump::{MessagePump, pumped};
 pub use pump::{Messages, PointToPoint};
-pub(crate) use wire::{decode_list, decode_lists, decode_next, encode, encode_lists};
+pub(crate) use wire::{RankLists, decode_lists, decode_next, encode, encode_lists};
 
 use icoray_grid::{Error, ErrorKind, Result};
 pub(crate) use load_balance::TileCosts;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::thread::sleep;
 use std::time::Duration;
 
-/// Transport of bytes between ranks. `share`, `broadcast` and `exchange` are collective: every rank calls the same ones
-/// in the same order. Between two of them ranks may send to rank 0, which has to receive all of it before the next.
+/// Messages by the rank that they are sent to or received from.
+pub type RankMessages = BTreeMap<usize, Vec<u8>>;
+
+/// Joins the bytes of two ranks or groups of ranks.
+pub type JoinBytes<'j> = &'j dyn Fn(Vec<u8>, Vec<u8>) -> Result<Vec<u8>>;
+
+/// Messages that a rank has sent to others.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Traffic {
+    /// Their number.
+    pub messages: u64,
+    /// Their bytes.
+    pub bytes: u64,
+}
+
+/// Transport of bytes between ranks. `reduce`, `share`, `broadcast` and `exchange` are collective: every rank calls the
+/// same ones in the same order. Between two of them ranks may send to rank 0, which has to receive all of it before the next.
 ///
 /// # Errors
 /// All methods: [`ErrorKind::Mpi`] when the transport itself fails. Then ranks may no longer be in step, and the team
@@ -87,8 +109,27 @@ pub trait Team: Send {
     /// collective.
     fn give_up(&mut self) {}
 
-    /// Returns the bytes of all ranks, in order of rank, on every rank.
-    fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>>;
+    /// Joins the bytes of all ranks by `join`, in an order that depends on the number of ranks only, and returns them at
+    /// rank 0; other ranks return no bytes, and may do so before all have called this.
+    fn reduce(&mut self, mine: Vec<u8>, join: JoinBytes) -> Result<Vec<u8>>;
+
+    /// Returns the bytes of all ranks, in order of rank, on every rank. Each rank receives as many bytes as all ranks
+    /// send: for what every rank needs of all others.
+    fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
+        let all = self.reduce(encode(&(self.rank(), mine)), &|mut all, mut others| {
+            all.append(&mut others);
+            Ok(all)
+        })?;
+        let all = self.broadcast(all)?;
+        let mut unread = &all[..];
+        let mut shared = vec![Vec::new(); self.size()];
+        while !unread.is_empty() {
+            let (rank, bytes): (usize, &[u8]) = decode_next(&mut unread)?;
+            let of_rank = shared.get_mut(rank);
+            *of_rank.ok_or_else(|| Error::new(ErrorKind::Mpi, format!("a message of rank {rank}")))? = bytes.to_vec();
+        }
+        Ok(shared)
+    }
 
     /// Returns rank 0's bytes on all ranks; those of other ranks are dropped.
     fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>>;
@@ -109,12 +150,9 @@ pub trait Team: Send {
         Ok(())
     }
 
-    /// Sends `mine[j]` to rank `j` and returns the bytes from each rank to this one, in order of rank. A rank's bytes
-    /// to itself are returned unchanged.
-    ///
-    /// # Panics
-    /// If `mine` does not have an entry per rank.
-    fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>>;
+    /// Sends `mine` and returns what other ranks sent to this one. A rank's bytes to itself are returned unchanged;
+    /// empty messages are not sent.
+    fn exchange(&mut self, mine: RankMessages) -> Result<RankMessages>;
 
     /// This process's number among those of its node, from 0. Collective. By default all ranks are on one node.
     fn node_rank(&mut self) -> Result<usize> {
@@ -142,6 +180,11 @@ pub trait Team: Send {
     /// are gone or the team was given up. By default a team has none: [`ErrorKind::Unsupported`].
     fn point_to_point(&mut self) -> Result<Box<dyn PointToPoint>> {
         Err(Error::new(ErrorKind::Unsupported, "these ranks cannot render in the background"))
+    }
+
+    /// The messages of this team that this rank has sent so far, if the team counts them. Not collective.
+    fn traffic(&self) -> Traffic {
+        Traffic::default()
     }
 
     /// Begins a frame: drops messages of a frame that ended early. Not collective. Only for teams that notify ranks
@@ -214,6 +257,11 @@ impl Ranks {
         self.rank() == 0
     }
 
+    /// The messages that this rank has sent so far. Not collective.
+    pub fn traffic(&self) -> Traffic {
+        self.team.as_ref().map_or_else(Traffic::default, |team| team.traffic())
+    }
+
     /// This process's number among those of its node, from 0. Collective.
     pub(crate) fn node_rank(&mut self) -> Result<usize> {
         if let (None, Some(team)) = (self.node_rank, &mut self.team) {
@@ -261,8 +309,8 @@ impl Ranks {
         }
     }
 
-    /// Sends each rank one of `mine`, this one included, and returns what it receives. Collective.
-    pub(crate) fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
+    /// Sends `mine`, and returns the messages to this rank, its own included. Collective.
+    pub(crate) fn exchange(&mut self, mine: RankMessages) -> Result<RankMessages> {
         match &mut self.team {
             Some(team) => team.exchange(mine),
             None => Ok(mine),

@@ -100,7 +100,7 @@ impl Node {
             bytes,
             is_leader: share.leader == rank,
             is_refused: shares.iter().any(|(_, is_refused)| *is_refused),
-            partners: nodes.partners().collect(),
+            partners: nodes.partners().into_values().collect(),
         }
     }
 
@@ -159,8 +159,11 @@ impl Ranks {
     /// Takes back lent memory that all ranks have dropped. Collective.
     pub(crate) fn reclaim(&mut self) -> Result<()> {
         let mine: Vec<u64> = self.returned.lock().keys().copied().collect();
-        let all = self.share_values(&mine)?;
-        for number in mine.into_iter().filter(|number| all.iter().all(|others| others.contains(number))) {
+        let both = |mut a: Vec<u64>, b: Vec<u64>| {
+            a.retain(|number| b.contains(number));
+            a
+        };
+        for number in self.reduce_values(mine, both)? {
             let node = self.returned.lock().remove(&number);
             self.nodes.extend(node);
         }

@@ -2,6 +2,7 @@
 
 use super::Ranks;
 use icoray_grid::Result;
+use std::collections::BTreeMap;
 
 /// Nodes: groups of ranks that share memory, each identified by its lowest rank, its leader.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -61,15 +62,15 @@ impl Nodes {
         self.leader.iter().all(|leader| *leader == self.leader[0])
     }
 
-    /// One rank of each other node, which exchanges data with this one; the ranks of a node have different ones, as far
-    /// as there are enough.
-    pub fn partners(&self) -> impl Iterator<Item = usize> + '_ {
-        let own = self.leader[self.rank];
-        let leaders = (0..self.leader.len()).filter(move |rank| self.leader[*rank] == *rank && *rank != own);
-        let place = self.members(own).take_while(|mate| *mate < self.rank).count();
-        leaders.map(move |leader| {
-            let all: Vec<usize> = self.members(leader).collect();
-            all[place % all.len()]
-        })
+    /// By leader of each other node, a rank of it, which exchanges data with this one; the ranks of a node have different
+    /// ones, as far as there are enough.
+    pub fn partners(&self) -> BTreeMap<usize, usize> {
+        let mut nodes: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (rank, leader) in self.leader.iter().enumerate() {
+            nodes.entry(*leader).or_default().push(rank);
+        }
+        let mates = nodes.remove(&self.leader[self.rank]).unwrap_or_default();
+        let place = mates.iter().take_while(|mate| **mate < self.rank).count();
+        nodes.into_iter().map(|(leader, members)| (leader, members[place % members.len()])).collect()
     }
 }

@@ -4,10 +4,10 @@
 //! the cell or corner in their halo look up. So no rank ever stores numbers of the whole grid.
 
 use super::cells::{ColumnKind, NONE, Numbered, PartCells};
-use super::wire::{decode_lists, encode_lists};
+use super::wire::{RankLists, decode_lists, encode_lists};
 use super::{Ranks, bad};
 use icoray_grid::{Error, ErrorKind, Grid, Result};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// The ownership of cells that ranks with parts have agreed on.
 pub(super) struct CellOwners {
@@ -67,15 +67,15 @@ pub(super) fn find_owners(
 ) -> Result<Vec<u32>> {
     let size = ranks.size();
     let keeper = |number: u64| (number % size as u64) as usize;
-    let (mut registered, mut requested) = (vec![Vec::new(); size], vec![Vec::new(); size]);
-    own.for_each(|number| registered[keeper(number)].push(number));
-    wanted.iter().for_each(|number| requested[keeper(*number)].push(*number));
+    let (mut registered, mut requested) = (RankLists::new(), RankLists::new());
+    own.for_each(|number| registered.entry(keeper(number)).or_default().push(number));
+    wanted.iter().for_each(|number| requested.entry(keeper(*number)).or_default().push(*number));
     let registered = ranks.exchange(encode_lists(&registered))?;
     let requested = ranks.exchange(encode_lists(&requested))?;
     let name = |number: u64| format!("{} {}", kind.name(), number as i64 + base);
     let answers = ranks.attempt(|| {
         let mut owner = HashMap::new();
-        for (rank, numbers) in decode_lists::<u64>(&registered)?.into_iter().enumerate() {
+        for (rank, numbers) in decode_lists::<u64>(&registered)? {
             for number in numbers {
                 if let Some(other) = owner.insert(number, rank as u32) {
                     let what = name(number);
@@ -85,17 +85,19 @@ pub(super) fn find_owners(
         }
         let owner_of =
             |rank: usize, number: u64| owner.get(&number).copied().ok_or_else(|| bad(nobodys(rank, name(number))));
-        let requested = decode_lists::<u64>(&requested)?.into_iter().enumerate();
-        let of_rank =
-            |(rank, numbers): (usize, Vec<u64>)| numbers.into_iter().map(|number| owner_of(rank, number)).collect();
-        requested.map(of_rank).collect::<Result<Vec<Vec<u32>>>>()
+        let of_rank = |(rank, numbers): (usize, Vec<u64>)| {
+            Ok((rank, numbers.into_iter().map(|number| owner_of(rank, number)).collect::<Result<_>>()?))
+        };
+        decode_lists::<u64>(&requested)?.into_iter().map(of_rank).collect::<Result<RankLists<u32>>>()
     });
     let answers = ranks.collective(answers)?;
     let received = ranks.exchange(encode_lists(&answers))?;
     let owners = ranks.attempt(|| {
-        let mut answers: Vec<_> = decode_lists::<u32>(&received)?.into_iter().map(Vec::into_iter).collect();
+        let answers = decode_lists::<u32>(&received)?.into_iter();
+        let mut answers: BTreeMap<_, _> = answers.map(|(rank, owners)| (rank, owners.into_iter())).collect();
         let cut = || Error::new(ErrorKind::Mpi, format!("owners of {}s are cut short", kind.name()));
-        wanted.iter().map(|number| answers[keeper(*number)].next().ok_or_else(cut)).collect()
+        let mut next = |rank| answers.get_mut(&rank).and_then(Iterator::next).ok_or_else(cut);
+        wanted.iter().map(|number| next(keeper(*number))).collect()
     });
     ranks.collective(owners)
 }
@@ -104,15 +106,15 @@ pub(super) fn find_owners(
 fn check_halos(ranks: &mut Ranks, grid: &Grid, Numbered { global, is_own }: &Numbered, owner: &[u32]) -> Result<()> {
     let mut around = vec![0u32; grid.cells()];
     triangles(grid).flatten().for_each(|cell| around[cell as usize] += 1);
-    let mut halo = vec![Vec::new(); ranks.size()];
+    let mut halo = RankLists::new();
     for cell in (0..grid.cells()).filter(|cell| !is_own[*cell] && global[*cell] != NONE) {
-        halo[owner[cell] as usize].push((global[cell], around[cell]));
+        halo.entry(owner[cell] as usize).or_default().push((global[cell], around[cell]));
     }
     let received = ranks.exchange(encode_lists(&halo))?;
     let checked = ranks.attempt(|| {
         let own = (0..grid.cells()).filter(|cell| is_own[*cell]).map(|cell| (global[cell], around[cell]));
         let own: HashMap<u64, u32> = own.collect();
-        for (rank, halo) in decode_lists::<(u64, u32)>(&received)?.into_iter().enumerate() {
+        for (rank, halo) in decode_lists::<(u64, u32)>(&received)? {
             for (number, seen) in halo {
                 let here = own.get(&number).copied();
                 let here = here.ok_or_else(|| Error::new(ErrorKind::Internal, format!("cell {number} is not here")))?;

@@ -1,6 +1,6 @@
-//! Encodes tiles, which are sent one by one, and the message that follows the last.
+//! Encodes tiles, which are sent one by one, and the mark of a rank that has failed.
 
-use super::wire::{WireError, decode, encode};
+use super::wire::{decode, encode};
 use crate::raster::{Pixel, Tile, Tiling};
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_kernel::Counts;
@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug)]
 pub(super) enum Sent {
     Tile(Tile),
-    /// The last message: the seconds that the rank drew, or its error.
-    End(Result<f64>),
+    /// The rank has failed and sends no further tiles.
+    End,
 }
 
 /// [`Sent`], encoded.
@@ -26,7 +26,7 @@ enum Packed {
         /// off the globe.
         channels: Box<[Vec<f32>; CHANNELS]>,
     },
-    End(std::result::Result<f64, WireError>),
+    End,
 }
 
 /// Values of a pixel: color and opacity, the error, and the surfaces that its ray meets.
@@ -53,16 +53,16 @@ pub(super) fn tile(tile: &Tile) -> Vec<u8> {
     encode(&Packed::Tile { number, seconds, counts, channels })
 }
 
-/// Encodes the last message of a rank: the seconds that it drew, or its error.
-pub(super) fn end(outcome: &Result<f64>) -> Vec<u8> {
-    encode(&Packed::End(outcome.as_ref().copied().map_err(WireError::from)))
+/// Encodes the mark of a rank that has failed before it had drawn all of its tiles.
+pub(super) fn end() -> Vec<u8> {
+    encode(&Packed::End)
 }
 
 /// Decodes a message of `rank`.
 pub(super) fn read(bytes: &[u8], rank: usize, tiling: &dyn Tiling) -> Result<Sent> {
     let (number, seconds, counts, channels) = match decode(bytes)? {
         Packed::Tile { number, seconds, counts, channels } => (number, seconds, counts, channels),
-        Packed::End(outcome) => return Ok(Sent::End(outcome.map_err(WireError::received))),
+        Packed::End => return Ok(Sent::End),
     };
     let invalid = |what: String| Err(Error::new(ErrorKind::Mpi, format!("rank {rank} sent {what}")));
     if number >= tiling.tiles() {

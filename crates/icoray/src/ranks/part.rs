@@ -10,15 +10,16 @@
 use super::Ranks;
 use super::mesh::NodeMesh;
 use super::nodes::Nodes;
-use super::wire::{decode_lists, encode_lists};
+use super::wire::{RankLists, decode_lists, encode_lists};
 use crate::device::OwnedColumns;
+use crate::ranges::union;
 use bytemuck::Pod;
 use icoray_grid::{CenterField, Error, ErrorKind, Grid, OwnedReals, Result};
 use icoray_kernel::owned_region::OwnedRegion;
 use std::f64::consts::PI;
 
-/// Some cells for each rank.
-type CellsOfRanks = Vec<Vec<u32>>;
+/// Cells that ranks exchange.
+type CellsOfRanks = RankLists<u32>;
 
 /// A part of a grid, agreed on by all ranks.
 #[derive(Debug, Clone)]
@@ -54,8 +55,8 @@ impl Part {
         let (rank, size) = (ranks.rank(), ranks.size());
         let owns_cell = (0..grid.cells()).map(|cell| cell * size / grid.cells() == rank).collect();
         // It has all that gradients and averages of halo cells are computed from.
-        let none = (vec![Vec::new(); size], vec![Vec::new(); size]);
-        Part::of_mates(ranks, grid, (0..grid.cells() as u64).collect(), owns_cell, none, vec![rank])
+        let (numbers, none) = ((0..grid.cells() as u64).collect(), Default::default());
+        Part::of_mates(ranks, grid, numbers, owns_cell, none, vec![rank])
     }
 
     /// The part of `grid` whose cells have these numbers, which rise, shared by `mates`; `sends` and `receives` are the
@@ -156,15 +157,15 @@ impl Part {
         values: &mut [V],
         row_of: impl Fn(&mut [V], u32) -> &mut [V],
     ) -> Result<()> {
-        let mut messages = vec![Vec::new(); self.sends.len()];
-        for (bytes, cells) in messages.iter_mut().zip(&self.sends) {
-            for cell in cells {
-                bytes.extend_from_slice(bytemuck::cast_slice(row_of(values, *cell)));
-            }
-        }
+        let mut message = |cells: &Vec<u32>| {
+            let mut bytes = Vec::new();
+            cells.iter().for_each(|cell| bytes.extend_from_slice(bytemuck::cast_slice(row_of(values, *cell))));
+            bytes
+        };
+        let messages = self.sends.iter().map(|(rank, cells)| (*rank, message(cells))).collect();
         let received = ranks.exchange(messages)?;
-        let is_complete = received.iter().zip(&self.receives).all(|(bytes, cells)| {
-            let mut unread = &bytes[..];
+        let is_complete = self.receives.iter().all(|(rank, cells)| {
+            let mut unread = received.get(rank).map_or(&[][..], Vec::as_slice);
             cells.iter().all(|cell| {
                 let row: &mut [u8] = bytemuck::cast_slice_mut(row_of(values, *cell));
                 let from = unread.split_off(..row.len());
@@ -190,24 +191,16 @@ impl Part {
         ranks: &mut Ranks,
         (range, missing): (Option<[f64; 2]>, u64),
     ) -> Result<(Option<[f64; 2]>, u64)> {
-        let [low, high] = range.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
-        let ranges = ranks.share_values(&(low, high, missing))?;
-        let (low, high, missing) = ranges
-            .into_iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY, 0), |a, b| (a.0.min(b.0), a.1.max(b.1), a.2 + b.2));
-        Ok(((low <= high).then_some([low, high]), missing))
+        ranks.reduce_values((range, missing), |(a, missing), (b, others)| (union(a, b), missing + others))
     }
 
     /// Sums the own cells and the areas of own triangles over all ranks, each part once. Collective.
     fn with_totals(mut self, ranks: &mut Ranks, grid: &Grid) -> Result<Self> {
         let mine = if self.place == 0 { self.extent(grid) } else { (1.0, 0.0, 0) };
-        let mut area = 0.0;
-        for (lowest_facet, own_area, cells) in ranks.share_values(&mine)? {
-            self.region.lower_facet(lowest_facet);
-            area += own_area;
-            self.cells += cells;
-        }
-        self.covered = area / (4.0 * PI);
+        let both = |a: (f64, f64, u64), b: (f64, f64, u64)| (a.0.min(b.0), a.1 + b.1, a.2 + b.2);
+        let (lowest_facet, area, cells) = ranks.reduce_values(mine, both)?;
+        self.region.lower_facet(lowest_facet);
+        (self.covered, self.cells) = (area / (4.0 * PI), cells);
         Ok(self)
     }
 
@@ -229,17 +222,13 @@ impl Part {
 /// For each rank of another node, the own cells whose values it needs and the cells whose values it sends: each rank
 /// exchanges with its partner on each other node. Collective.
 fn node_partners(ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<(CellsOfRanks, CellsOfRanks)> {
-    let size = ranks.size();
-    let (mut requests, mut receives) = (vec![Vec::new(); size], vec![Vec::new(); size]);
-    let partners: Vec<usize> = nodes.partners().collect();
-    let partner_of = |owner: u32| {
-        let leader = nodes.leader_of(owner as usize);
-        partners.iter().copied().find(|partner| nodes.leader_of(*partner) == leader)
-    };
-    for (row, owner) in (0u32..).zip(mesh.owner).filter(|(_, owner)| !nodes.is_mate(**owner as usize)) {
-        if let Some(partner) = partner_of(*owner) {
-            requests[partner].push(mesh.global[row as usize]);
-            receives[partner].push(row);
+    let (mut requests, mut receives) = (RankLists::new(), RankLists::new());
+    let partners = nodes.partners();
+    for (row, owner) in (0u32..).zip(mesh.owner) {
+        // This rank's own node has no partner.
+        if let Some(partner) = partners.get(&nodes.leader_of(*owner as usize)) {
+            requests.entry(*partner).or_default().push(mesh.global[row as usize]);
+            receives.entry(*partner).or_default().push(row);
         }
     }
     let received = ranks.exchange(encode_lists(&requests))?;
@@ -248,7 +237,7 @@ fn node_partners(ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<(C
     };
     let sends = ranks.attempt(|| {
         let requests = decode_lists(&received)?.into_iter();
-        requests.map(|cells| cells.into_iter().map(row).collect()).collect()
+        requests.map(|(rank, cells)| Ok((rank, cells.into_iter().map(row).collect::<Result<_>>()?))).collect()
     });
     Ok((ranks.collective(sends)?, receives))
 }

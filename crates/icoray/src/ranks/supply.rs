@@ -3,8 +3,8 @@
 use super::corner_owners::OwnCorners;
 use super::mesh::{Corner, CornerKey, NodeMesh, Numbers};
 use super::nodes::Nodes;
-use super::wire::{decode_lists, encode_lists};
-use super::{Ranks, bad};
+use super::wire::{RankLists, decode_lists, encode_lists};
+use super::{RankMessages, Ranks, bad};
 use icoray_grid::grid::unit_vector;
 use icoray_grid::{LonLat, Result};
 use std::collections::HashMap;
@@ -62,9 +62,8 @@ impl Supply {
 
     fn with_maxima(mut self, ranks: &mut Ranks) -> Result<Self> {
         let others = self.others.values().map(Vec::len).max().unwrap_or(0);
-        for counts in ranks.share_values(&[self.own.len(), others, self.rows])? {
-            self.max.iter_mut().zip(counts).for_each(|(max, count)| *max = (*max).max(count));
-        }
+        let counts = [self.own.len(), others, self.rows];
+        self.max = ranks.reduce_values(counts, |a, b| std::array::from_fn(|k| a[k].max(b[k])))?;
         Ok(self)
     }
 
@@ -123,18 +122,18 @@ impl ColumnLookup {
     fn cells_for(&self, ranks: &mut Ranks, numbers: &Numbers, mesh: &NodeMesh, nodes: &Nodes) -> Result<Supply> {
         let [here, there] = [numbers.grid, mesh.grid].map(|grid| grid.tables().center);
         let position = |of: &LonLat, row: u32| [of.lon_rad.get(row as usize), of.lat_rad.get(row as usize)];
-        let mut requests = vec![Vec::new(); ranks.size()];
+        let mut requests = RankLists::new();
         let mut supply = Supply::default();
         for (row, (cell, owner)) in (0u32..).zip(mesh.global.iter().zip(mesh.owner)) {
             if let Some(column) = self.cells.get(cell) {
                 supply.own.push((*column, row));
             } else if nodes.is_leader() && !nodes.is_mate(*owner as usize) {
-                requests[*owner as usize].push((*cell, row, position(&there, row)));
+                requests.entry(*owner as usize).or_default().push((*cell, row, position(&there, row)));
             }
         }
         let received = ranks.exchange(encode_lists(&requests))?;
         let mut grant = || {
-            for (rank, requests) in decode_lists::<(u64, u32, [f64; 2])>(&received)?.into_iter().enumerate() {
+            for (rank, requests) in decode_lists::<(u64, u32, [f64; 2])>(&received)? {
                 for (cell, row, theirs) in requests {
                     let column = self.cells.get(&cell);
                     let column = column.ok_or_else(|| bad(format!("cell {cell} is another rank's")))?;
@@ -182,16 +181,17 @@ impl ColumnLookup {
                 rows.into_iter().zip(owners).map(|((row, corner), owner)| (row, corner, owner as usize)).collect()
             }
         };
-        let mut requests = vec![Vec::new(); ranks.size()];
+        let mut requests = RankLists::new();
         for (row, corner, rank) in suppliers {
-            requests[rank].push((row, corner));
+            requests.entry(rank).or_default().push((row, corner));
         }
         let received = ranks.exchange(encode_lists(&requests))?;
         let mut supply = Supply::default();
         let answers = self.grant_corners(nodes, &received, &mut supply);
         let answers = ranks.collective(answers)?;
-        for (requests, answers) in requests.iter().zip(ranks.exchange(answers)?) {
-            for ((row, corner), _) in requests.iter().zip(answers).filter(|(_, has)| *has == 0) {
+        for (rank, answers) in ranks.exchange(answers)? {
+            let requests = requests.get(&rank).into_iter().flatten();
+            for ((row, corner), _) in requests.zip(answers).filter(|(_, has)| *has == 0) {
                 if let Some(column) = self.corner(corner) {
                     supply.own.push((column, *row));
                 }
@@ -202,12 +202,12 @@ impl ColumnLookup {
 
     /// Adds the requested corners that this rank has to `supply`; the answer to each request is a byte, 1 if it has the
     /// corner.
-    fn grant_corners(&self, nodes: &Nodes, received: &[Vec<u8>], supply: &mut Supply) -> Result<Vec<Vec<u8>>> {
-        let mut answers = vec![Vec::new(); received.len()];
-        for (rank, requests) in decode_lists::<(u32, Corner)>(received)?.into_iter().enumerate() {
+    fn grant_corners(&self, nodes: &Nodes, received: &RankMessages, supply: &mut Supply) -> Result<RankMessages> {
+        let mut answers = RankMessages::new();
+        for (rank, requests) in decode_lists::<(u32, Corner)>(received)? {
             for (row, corner) in requests {
                 let column = self.corner(&corner);
-                answers[rank].push(u8::from(column.is_some()));
+                answers.entry(rank).or_default().push(u8::from(column.is_some()));
                 if let Some(column) = column {
                     supply.add(nodes, rank, column, row);
                 }

@@ -8,9 +8,10 @@
 //! same. No rank waits for one that has left a frame, and the next frame starts anew ([`Team::begin_frame`]).
 
 use super::pieces::{Addressed, Pieces};
-use super::wire::{decode, decode_next, encode};
-use super::{Messages, Team};
-use icoray_grid::{Error, ErrorKind, Result};
+use super::wire::{decode, encode};
+use super::{JoinBytes, Messages, RankMessages, Team, Traffic};
+use icoray_grid::{Error, Result};
+use std::collections::BTreeMap;
 use std::mem::take;
 
 /// Maximum number of children of a rank.
@@ -43,17 +44,23 @@ pub(crate) struct Tree<M> {
     early: Vec<Message>,
     /// The error with which another rank's frame has ended, if it ends this one's too.
     broken: Option<Error>,
+    traffic: Traffic,
 }
 
 impl<M: Messages> Tree<M> {
     pub fn new(messages: M, node_rank: usize) -> Self {
         let (pieces, early) = (Pieces::default(), Vec::new());
-        Tree { messages, pieces, node_rank, fan_out: FAN_OUT, call: 0, early, broken: None }
+        let traffic = Traffic::default();
+        Tree { messages, pieces, node_rank, fan_out: FAN_OUT, call: 0, early, broken: None, traffic }
     }
 
     /// Sends a message of the current call without waiting.
     fn post(&mut self, to: usize, body: Result<Vec<u8>>) -> Result<()> {
-        self.pieces.split(self.call, body, |piece| self.messages.send(to, piece))
+        self.pieces.split(self.call, body, |piece| {
+            self.traffic.messages += 1;
+            self.traffic.bytes += piece.len() as u64;
+            self.messages.send(to, piece)
+        })
     }
 
     fn parent(&self) -> Option<usize> {
@@ -65,25 +72,42 @@ impl<M: Messages> Tree<M> {
         first.min(self.messages.size())..(first + self.fan_out).min(self.messages.size())
     }
 
-    /// Sends the bytes of this rank and the ranks below it to the parent; the root returns them.
-    fn hand_up(&mut self, bytes: Vec<u8>) -> Result<Vec<u8>> {
-        match self.parent() {
-            Some(parent) => self.post(parent, Ok(bytes)).map(|()| Vec::new()),
-            None => Ok(bytes),
+    /// Number of ranks that send bytes to this one, which sends to the ranks `to`. Numbers of the ranks below a rank
+    /// are added on the way to the root; on the way back each child receives those of its own branch.
+    fn count_senders(&mut self, to: impl Iterator<Item = usize>) -> Result<u64> {
+        self.call += 1;
+        let mut counts: BTreeMap<usize, u64> = to.map(|rank| (rank, 1)).collect();
+        for child in self.children() {
+            for (rank, count) in decode::<Vec<(usize, u64)>>(&self.receive(child)?)? {
+                *counts.entry(rank).or_default() += count;
+            }
         }
+        let listed = |counts: &BTreeMap<usize, u64>| encode(&counts.iter().collect::<Vec<_>>());
+        if let Some(parent) = self.parent() {
+            self.post(parent, Ok(listed(&counts)))?;
+            counts = decode::<Vec<(usize, u64)>>(&self.receive(parent)?)?.into_iter().collect();
+        }
+        let mut below: BTreeMap<usize, BTreeMap<usize, u64>> = self.children().map(|c| (c, BTreeMap::new())).collect();
+        for (rank, count) in &counts {
+            let branch = self.branch_of(*rank).and_then(|child| below.get_mut(&child));
+            branch.map(|branch| branch.insert(*rank, *count));
+        }
+        for (child, counts) in below {
+            self.post(child, Ok(listed(&counts)))?;
+        }
+        Ok(counts.get(&self.messages.rank()).copied().unwrap_or(0))
     }
 
-    /// Number of ranks that send bytes to this one.
-    fn count_senders(&mut self, mine: &[Vec<u8>]) -> Result<u64> {
-        self.call += 1;
-        let mut counts: Vec<u64> = mine.iter().map(|bytes| u64::from(!bytes.is_empty())).collect();
-        for child in self.children() {
-            let of_child: Vec<u64> = decode(&self.receive(child)?)?;
-            counts.iter_mut().zip(of_child).for_each(|(count, other)| *count += other);
+    /// The child below which a rank is, if it is below this one.
+    fn branch_of(&self, mut rank: usize) -> Option<usize> {
+        while rank > self.messages.rank() {
+            let parent = (rank - 1) / self.fan_out;
+            if parent == self.messages.rank() {
+                return Some(rank);
+            }
+            rank = parent;
         }
-        let sums = self.hand_up(encode(&counts))?;
-        let sums: Vec<u64> = decode(&self.broadcast(sums)?)?;
-        Ok(sums.get(self.messages.rank()).copied().unwrap_or(0))
+        None
     }
 
     /// The bytes that rank `of` sends in this call.
@@ -146,22 +170,15 @@ impl<M: Messages> Team for Tree<M> {
         self.messages.size()
     }
 
-    fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
+    fn reduce(&mut self, mut mine: Vec<u8>, join: JoinBytes) -> Result<Vec<u8>> {
         self.call += 1;
-        let mut bytes = encode(&(self.messages.rank(), mine));
         for child in self.children() {
-            bytes.append(&mut self.receive(child)?);
+            mine = join(mine, self.receive(child)?)?;
         }
-        let all = self.hand_up(bytes)?;
-        let all = self.broadcast(all)?;
-        let mut unread = &all[..];
-        let mut shared = vec![Vec::new(); self.messages.size()];
-        while !unread.is_empty() {
-            let (rank, bytes): (usize, &[u8]) = decode_next(&mut unread)?;
-            let of_rank = shared.get_mut(rank);
-            *of_rank.ok_or_else(|| Error::new(ErrorKind::Mpi, format!("a message of rank {rank}")))? = bytes.to_vec();
+        match self.parent() {
+            Some(parent) => self.post(parent, Ok(mine)).map(|()| Vec::new()),
+            None => Ok(mine),
         }
-        Ok(shared)
     }
 
     fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>> {
@@ -176,22 +193,21 @@ impl<M: Messages> Team for Tree<M> {
         Ok(bytes)
     }
 
-    /// Sends non-empty bytes only: the ranks first agree on the number of senders to each.
-    fn exchange(&mut self, mut mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
-        let (rank, size) = (self.messages.rank(), self.messages.size());
-        assert_eq!(mine.len(), size, "bytes for each rank");
-        let own = take(&mut mine[rank]);
-        let senders = self.count_senders(&mine)?;
+    /// The ranks first find the number of senders to each.
+    fn exchange(&mut self, mut mine: RankMessages) -> Result<RankMessages> {
+        mine.retain(|_, bytes| !bytes.is_empty());
+        let mut theirs = RankMessages::new();
+        theirs.extend(mine.remove_entry(&self.messages.rank()));
+        let senders = self.count_senders(mine.keys().copied())?;
         self.call += 1;
-        for (to, bytes) in mine.into_iter().enumerate().filter(|(_, bytes)| !bytes.is_empty()) {
+        for (to, bytes) in mine {
             self.post(to, Ok(bytes))?;
         }
-        let mut theirs = vec![Vec::new(); size];
         for _ in 0..senders {
-            let (from, bytes) = self.next_where(|_| true)?;
-            theirs[from] = bytes;
+            theirs.extend([self.next_where(|_| true)?]);
         }
-        theirs[rank] = own;
+        // A rank that has all of its messages may send to rank 0 while that still receives those of this call.
+        self.call += 1;
         Ok(theirs)
     }
 
@@ -214,6 +230,10 @@ impl<M: Messages> Team for Tree<M> {
             self.join(piece)?;
         }
         Ok(())
+    }
+
+    fn traffic(&self) -> Traffic {
+        self.traffic
     }
 
     fn begin_frame(&mut self) {

@@ -1,9 +1,10 @@
 //! The encoding of messages between ranks: `postcard`, as all ranks run the same program.
 
-use super::Ranks;
+use super::{RankMessages, Ranks};
 use icoray_grid::{Error, ErrorKind, Result};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Encodes a value.
 pub(crate) fn encode<T: Serialize + ?Sized>(value: &T) -> Vec<u8> {
@@ -23,19 +24,17 @@ pub(crate) fn decode<'b, T: Deserialize<'b>>(mut bytes: &'b [u8]) -> Result<T> {
     decode_next(&mut bytes)
 }
 
-/// Encodes one list per rank; an empty list becomes an empty message, which is not sent.
-pub(crate) fn encode_lists<T: Serialize>(lists: &[Vec<T>]) -> Vec<Vec<u8>> {
-    lists.iter().map(|list| if list.is_empty() { Vec::new() } else { encode(list) }).collect()
+/// Lists by the rank that they are sent to or received from.
+pub(crate) type RankLists<T> = BTreeMap<usize, Vec<T>>;
+
+/// Encodes a list for each of some ranks.
+pub(crate) fn encode_lists<T: Serialize>(lists: &RankLists<T>) -> RankMessages {
+    lists.iter().map(|(rank, list)| (*rank, encode(list))).collect()
 }
 
-/// Decodes one rank's message, encoded by [`encode_lists`].
-pub(crate) fn decode_list<T: DeserializeOwned>(bytes: &[u8]) -> Result<Vec<T>> {
-    if bytes.is_empty() { Ok(Vec::new()) } else { decode(bytes) }
-}
-
-/// Decodes the messages of all ranks, encoded by [`encode_lists`].
-pub(crate) fn decode_lists<T: DeserializeOwned>(messages: &[Vec<u8>]) -> Result<Vec<Vec<T>>> {
-    messages.iter().map(|bytes| decode_list(bytes)).collect()
+/// Decodes the messages of ranks, encoded by [`encode_lists`].
+pub(crate) fn decode_lists<T: DeserializeOwned>(messages: &RankMessages) -> Result<RankLists<T>> {
+    messages.iter().map(|(rank, bytes)| Ok((*rank, decode(bytes)?))).collect()
 }
 
 /// An error in a message.
@@ -60,7 +59,7 @@ impl WireError {
 }
 
 impl Ranks {
-    /// Every rank's value, in order of rank. Collective.
+    /// Every rank's value, in order of rank: for what each rank needs of all others. Collective.
     pub(crate) fn share_values<T: Serialize + DeserializeOwned>(&mut self, mine: &T) -> Result<Vec<T>> {
         self.share(&encode(mine))?.iter().map(|bytes| decode(bytes)).collect()
     }
@@ -74,5 +73,28 @@ impl Ranks {
         let mine = self.attempt(work);
         let mine = self.collective(mine)?;
         self.share_values(&mine)
+    }
+
+    /// The values of all ranks, joined by `join`, which is associative and commutative. Collective.
+    pub(crate) fn reduce_values<T: Serialize + DeserializeOwned>(
+        &mut self,
+        mine: T,
+        join: impl Fn(T, T) -> T,
+    ) -> Result<T> {
+        let Some(team) = &mut self.team else { return Ok(mine) };
+        let joined = team.reduce(encode(&mine), &|a, b| Ok(encode(&join(decode(&a)?, decode(&b)?))))?;
+        decode(&team.broadcast(joined)?)
+    }
+
+    /// As [`Self::reduce_values`], of the values that `work` returns. If it fails or panics on any rank, that is the
+    /// error of all ranks. Collective.
+    pub(crate) fn reduce_work<T: Serialize + DeserializeOwned>(
+        &mut self,
+        work: impl FnOnce() -> Result<T>,
+        join: impl Fn(T, T) -> T,
+    ) -> Result<T> {
+        let mine = self.attempt(work);
+        let mine = self.collective(mine)?;
+        self.reduce_values(mine, join)
     }
 }

@@ -1,6 +1,7 @@
 //! Histograms of a field's values over all ranks.
 
 use super::renderer::Renderer;
+use crate::ranges::union;
 use crate::ranks::{Decomposition, Ranks};
 use icoray_grid::{Field, Result};
 
@@ -35,28 +36,20 @@ impl Renderer {
         let own = ranks.collective(own)?;
         let is_own = own.as_ref().map(|own| |column: usize| own[column]);
         let counts = is_own.as_ref().map(|is_own| is_own as _);
-        let all = ranks.share_work(|| {
-            let (range, missing) = self.run(|| field.range_over(counts));
-            let [low, high] = range.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
-            Ok((low, high, missing))
-        })?;
         // Rank 0's own if it has the whole field, else those of the own columns of all ranks.
-        let ranks_that_count = if decomposition.is_some() { all.len() } else { 1 };
-        let (low, high, missing) = all.into_iter().take(ranks_that_count).fold(
-            (f64::INFINITY, f64::NEG_INFINITY, 0),
-            |(low, high, missing), (its_low, its_high, its_missing)| {
-                (low.min(its_low), high.max(its_high), missing + its_missing)
-            },
-        );
-        if low > high {
-            return Ok(Histogram { range: None, counts: vec![0; bins], missing });
-        }
-        let all = ranks.share_work(|| Ok(self.run(|| field.histogram_over([low, high], bins, counts))))?;
-        let mut counts = vec![0; bins];
-        for its in all.into_iter().take(ranks_that_count) {
-            counts.iter_mut().zip(its).for_each(|(count, its)| *count += its);
-        }
-        Ok(Histogram { range: Some([low, high]), counts, missing })
+        let is_counted = decomposition.is_some() || ranks.is_root();
+        let mine = || Ok(if is_counted { self.run(|| field.range_over(counts)) } else { (None, 0) });
+        let (range, missing) = ranks.reduce_work(mine, |(a, missing), (b, others)| (union(a, b), missing + others))?;
+        let Some(range) = range else {
+            return Ok(Histogram { range, counts: vec![0; bins], missing });
+        };
+        let mine =
+            || Ok(if is_counted { self.run(|| field.histogram_over(range, bins, counts)) } else { vec![0; bins] });
+        let counts = ranks.reduce_work(mine, |mut counts: Vec<u64>, others| {
+            counts.iter_mut().zip(others).for_each(|(count, other)| *count += other);
+            counts
+        })?;
+        Ok(Histogram { range: Some(range), counts, missing })
     }
 }
 
@@ -105,16 +98,16 @@ mod tests {
         let field = Field::level_fastest(&[1.0f32, 2.0][..], 2, Location::Center).unwrap();
         let renderer = Renderer::new(1).unwrap();
         let found = on_ranks(2, |ranks| {
-            let found = Error::of_panics(|| renderer.histogram(ranks, &field, None, 16 * (1 - ranks.rank())));
+            let found = Error::of_panics(|| renderer.histogram(ranks, &field, None, 16 * ranks.rank()));
             // A rank that has an error alone would leave the other one waiting: the test is to fail, not to wait.
             if found.as_ref().is_err_and(|error| !error.context().starts_with("rank ")) {
-                ranks.share_values(&Vec::<u64>::new()).unwrap();
+                ranks.reduce_values(Vec::<u64>::new(), |a, _| a).unwrap();
             }
             found
         });
         for error in found.into_iter().map(Result::unwrap_err) {
             assert_eq!(error.kind(), ErrorKind::Internal);
-            assert!(error.context().starts_with("rank 1: "), "{error}");
+            assert!(error.context().starts_with("rank 0: "), "{error}");
         }
     }
 }

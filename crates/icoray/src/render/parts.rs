@@ -7,54 +7,39 @@ use super::work::{Work, background_blend, primary_rays, ray};
 use crate::compose::{Composer, ReceivedTile, TileFragments};
 use crate::device::OwnedColumns;
 use crate::plan::budget::allowed;
-use crate::ranks::{Part, Ranks, TileAssignment, TileCosts, decode_next, encode};
+use crate::ranks::{Part, Ranks, ReceivedFragments, TileAssignment, Traced};
 use crate::raster::{Pixel, Raster, Tile, Tiling, sample_points};
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_kernel::Counts;
 use icoray_kernel::ground::Core;
 use icoray_scene::{Lights, Quality};
 use rayon::prelude::*;
-use std::sync::OnceLock;
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
-
-/// The head of a message between ranks: the seconds of tiles and the counts of rays. The fragments of tiles follow it.
-type Head = (Vec<f32>, [u64; 7]);
 
 /// The messages of all ranks with the fragments of this rank's tiles.
 pub(super) struct Exchanged {
-    received: Vec<Vec<u8>>,
-    /// Seconds of tracing before the exchange.
+    received: ReceivedFragments,
+    /// Seconds of tracing before the exchange, and the counts of this rank's rays.
     pub traced_s: f64,
+    pub counts: Counts,
 }
 
-/// Tiles with the fragments of each rank.
-pub(super) struct Fragments<'e> {
-    tiles: Vec<(u32, Vec<ReceivedTile<'e>>)>,
-    /// Counts of rays on all ranks, at rank 0.
-    met: Counts,
-}
+/// Tiles with the fragments of each rank that has any.
+pub(super) type Fragments<'e> = BTreeMap<u32, Vec<ReceivedTile<'e>>>;
 
 impl Exchanged {
     /// Decodes the fragments of this rank's tiles, `mine`.
     pub fn tiles(&self, tiling: &dyn Tiling, mine: &[u32]) -> Result<Fragments<'_>> {
-        let mut readers = Vec::with_capacity(self.received.len());
-        let mut met = Counts::default();
-        for bytes in &self.received {
-            let mut unread = &bytes[..];
-            let (_, counts) = decode_next::<Head>(&mut unread)?;
-            met += Counts::of_numbers(counts);
-            readers.push(unread);
-        }
-        let mut tiles = Vec::with_capacity(mine.len());
-        for tile in mine {
-            let rays = tiling.pixels_of(*tile) * tiling.rays_per_pixel();
-            let of_ranks = readers.iter_mut().map(|bytes| ReceivedTile::take(bytes, rays));
-            tiles.push((*tile, of_ranks.collect::<Result<Vec<_>>>()?));
-        }
-        if let Some(rank) = readers.iter().position(|rest| !rest.is_empty()) {
-            return Err(Error::new(ErrorKind::Mpi, format!("rank {rank} sent fragments of other tiles")));
-        }
-        Ok(Fragments { tiles, met })
+        let mut tiles: Fragments = mine.iter().map(|tile| (*tile, Vec::new())).collect();
+        self.received.read(|tile, unread| {
+            let not_mine = || Error::new(ErrorKind::Mpi, format!("fragments of tile {tile}, which is another rank's"));
+            let of_ranks = tiles.get_mut(&tile).ok_or_else(not_mine)?;
+            of_ranks.push(ReceivedTile::take(unread, tiling.pixels_of(tile) * tiling.rays_per_pixel())?);
+            Ok(())
+        })?;
+        Ok(tiles)
     }
 }
 
@@ -72,23 +57,23 @@ impl Work<'_, '_> {
         let tiles = ranks.assign_part_tiles(tiling, part.mates().len());
         let traced = ranks.attempt(|| {
             let mine = &tiles[part.place()];
-            let traced =
+            let mut traced =
                 self.context.renderer.run(|| self.fragments(part, &assignment.quality, tiling, mine, on_device));
-            Ok(addressed(ranks, part, &traced, mine, &assignment.owners))
+            let messages = traced.messages(ranks, part.mates(), &assignment.owners);
+            Ok((messages, traced.counts))
         });
         let traced_s = start.elapsed().as_secs_f64();
-        let messages = ranks.collective(traced)?;
-        let received = ranks.exchange(messages)?;
+        let (messages, counts) = ranks.collective(traced)?;
+        let received = ReceivedFragments::exchange(ranks, messages)?;
         if let Some(raster) = tiling.raster() {
-            let costs = costs(raster, part, &tiles, &received);
+            let costs = received.costs(raster, part.mates());
             let costs = ranks.collective(costs)?;
             ranks.keep_part_costs(costs);
         }
-        Ok(Exchanged { received, traced_s })
+        Ok(Exchanged { received, traced_s, counts })
     }
 
-    /// The fragments of each tile as bytes; empty for tiles not in `tiles`. Those of a raster come from the device, as
-    /// far as it traced them.
+    /// The fragments of `tiles`. Those of a raster come from the device, as far as it traced them.
     fn fragments(
         &self,
         part: &Part,
@@ -97,11 +82,16 @@ impl Work<'_, '_> {
         tiles: &[u32],
         on_device: &mut OnDevice,
     ) -> Traced {
-        let traced: Vec<OnceLock<(Vec<u8>, Counts, f32)>> = (0..tiling.tiles()).map(|_| OnceLock::new()).collect();
+        let traced = Mutex::new(Traced::default());
         let keep = |tile: u32, fragments: &TileFragments, counts: Counts, seconds: f32| {
             let mut bytes = Vec::new();
             fragments.put(&mut bytes);
-            traced[tile as usize].get_or_init(|| (bytes, counts, seconds));
+            let mut traced = traced.lock().unwrap_or_else(PoisonError::into_inner);
+            traced.counts += counts;
+            traced.seconds.push((tile, seconds));
+            if !fragments.is_empty() {
+                traced.tiles.insert(tile, bytes);
+            }
         };
         let own = part.own(self.radius[0], self.radius[1]);
         // The device does not report seconds per tile.
@@ -121,19 +111,7 @@ impl Work<'_, '_> {
                 keep(*tile, &fragments, counts, start.elapsed().as_secs_f32());
             });
         }
-        let none = || {
-            let mut bytes = Vec::new();
-            TileFragments::default().put(&mut bytes);
-            (bytes, Counts::default(), 0.0)
-        };
-        let mut all = Traced::default();
-        for tile in traced {
-            let (bytes, counts, seconds) = tile.into_inner().unwrap_or_else(none);
-            all.counts += counts;
-            all.tiles.push(bytes);
-            all.seconds.push(seconds);
-        }
-        all
+        traced.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Traces tiles of a whole grid on the device as fragments, with lines and grounds in them, and composites their rays.
@@ -184,12 +162,9 @@ impl Work<'_, '_> {
         give: &(dyn Fn(Tile) + Sync),
     ) {
         let composer = self.composer(quality);
-        fragments.tiles.par_iter().with_max_len(1).enumerate().for_each(|(i, (number, received))| {
-            let mut tile = self.tile(&composer, tiling, *number, &mut received.clone());
-            if i == 0 {
-                tile.counts += fragments.met;
-            }
-            give(tile);
+        let tiles: Vec<_> = fragments.iter().collect();
+        tiles.into_par_iter().with_max_len(1).for_each(|(number, received)| {
+            give(self.tile(&composer, tiling, *number, &mut received.clone()));
         });
     }
 
@@ -208,44 +183,4 @@ impl Work<'_, '_> {
         });
         Tile::resolved(tiling, number, rays, start, counts)
     }
-}
-
-/// The fragments that a rank traced through its part.
-#[derive(Debug, Default)]
-struct Traced {
-    /// Fragments of each tile, as bytes.
-    tiles: Vec<Vec<u8>>,
-    /// Seconds of each tile.
-    seconds: Vec<f32>,
-    /// Counts of rays.
-    counts: Counts,
-}
-
-/// The message to each rank: the seconds of tiles, which only ranks with the same part need; the counts of rays, which
-/// only rank 0 needs; and the rank's tiles.
-fn addressed(ranks: &Ranks, part: &Part, traced: &Traced, mine: &[u32], owners: &[u32]) -> Vec<Vec<u8>> {
-    let mut bodies = vec![Vec::new(); ranks.size()];
-    for (tile, owner) in traced.tiles.iter().zip(owners) {
-        bodies[*owner as usize].extend_from_slice(tile);
-    }
-    let others = bodies.iter().enumerate().filter(|(rank, _)| *rank != ranks.rank());
-    let mut counts = traced.counts;
-    counts.fragment_bytes = others.map(|(_, bytes)| bytes.len() as u64).sum();
-    let seconds: Vec<f32> = mine.iter().map(|tile| traced.seconds[*tile as usize]).collect();
-    let head = |rank: usize| {
-        let seconds = if part.mates().contains(&rank) { &seconds[..] } else { &[] };
-        let counts = if rank == 0 { counts } else { Counts::default() };
-        encode(&(seconds, counts.numbers()))
-    };
-    bodies.into_iter().enumerate().map(|(rank, body)| [head(rank), body].concat()).collect()
-}
-
-/// The seconds of the tiles of a part, each of whose ranks traced some of `tiles`.
-fn costs(raster: Raster, part: &Part, tiles: &[Vec<u32>], received: &[Vec<u8>]) -> Result<TileCosts> {
-    let mut costs = TileCosts::new(raster);
-    for (mate, tiles) in part.mates().iter().zip(tiles) {
-        let (seconds, _) = decode_next::<Head>(&mut &received[*mate][..])?;
-        tiles.iter().zip(seconds).for_each(|(tile, seconds)| costs.set(*tile, seconds.into()));
-    }
-    Ok(costs)
 }

@@ -6,7 +6,7 @@ use super::device::OnDevice;
 use super::progress::{Progress, reported};
 use super::work::Work;
 use crate::edges;
-use crate::ranks::{Ranks, TileAssignment};
+use crate::ranks::{Ranks, TileAssignment, TileShare};
 use crate::raster::{Pixel, Raster, Tile, Tiling};
 use crate::scattered::{PixelRays, ScatteredPixels};
 use crate::time_budget::Deadline;
@@ -60,9 +60,10 @@ impl Rounds<'_, '_, '_> {
                 None => work.trace(&assignment.quality, tiling, &mine, on_device, give),
             });
         };
-        let traced_s = exchanged.as_ref().map_or(0.0, |exchanged| exchanged.traced_s);
+        let (traced_s, earlier_counts) = exchanged.as_ref().map_or_else(Default::default, |e| (e.traced_s, e.counts));
         let ready_s = start.elapsed().as_secs_f64();
-        let gathered = ranks.gather(&renderer.threads, tiling, traced_s, trace);
+        let share = TileShare { tiling, owners: &assignment.owners, earlier_s: traced_s, earlier_counts };
+        let gathered = ranks.gather(&renderer.threads, &share, trace);
         Ok(gathered.map(|gathered| {
             let cost = &mut self.cost;
             cost.render_s += ready_s + gathered.render_s - traced_s;

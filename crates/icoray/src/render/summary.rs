@@ -20,16 +20,15 @@ impl Renderer {
         decomposition: Option<&Decomposition>,
         asked: &[Statistic],
     ) -> Result<Summary> {
-        let summaries = ranks.share_work(|| {
+        // Rank 0's own if it has the whole field, else those of the own columns of all ranks.
+        let is_counted = decomposition.is_some() || ranks.is_root();
+        let summary = || {
             let own = decomposition.map(|decomposition| decomposition.own_columns(field)).transpose()?;
             let is_own = own.as_ref().map(|own| |column: usize| own[column]);
             let mine = self.run(|| Summary::of(field, is_own.as_ref().map(|is_own| is_own as _), asked));
-            Ok((decomposition.is_some(), mine))
-        })?;
-        // Rank 0's own if it has the whole field, else those of the own columns of all ranks.
-        let count = if summaries[0].0 { summaries.len() } else { 1 };
-        let counted = summaries.into_iter().take(count);
-        Ok(counted.fold(Summary::NOTHING, |all, (_, summary)| all.joined(summary)))
+            Ok(if is_counted { mine } else { Summary::NOTHING })
+        };
+        ranks.reduce_work(summary, Summary::joined)
     }
 }
 

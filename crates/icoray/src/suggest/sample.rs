@@ -1,6 +1,6 @@
 //! The sampled values of a field for a suggestion, and their places.
 
-use crate::ranks::{Part, Ranks, decode_lists, encode_lists};
+use crate::ranks::{Part, RankLists, Ranks, decode_lists, encode_lists};
 use glam::DVec3;
 use icoray_grid::{CenterField, Error, ErrorKind, Field, Grid, Location, Result};
 
@@ -53,10 +53,9 @@ impl Sample {
             (part.number(cell), grid.direction(cell as u32).to_array(), values)
         };
         let is_taken = |cell: &usize| part.counts(*cell) && part.number(*cell).is_multiple_of(step);
-        let mut for_ranks = vec![Vec::new(); ranks.size()];
-        for_ranks[0] = (0..grid.cells()).filter(is_taken).map(column).collect();
-        let received = ranks.exchange(encode_lists(&for_ranks))?;
-        let columns = decode_lists::<Column>(&received).map(|lists| lists.concat());
+        let for_root = RankLists::from([(0, (0..grid.cells()).filter(is_taken).map(column).collect())]);
+        let received = ranks.exchange(encode_lists(&for_root))?;
+        let columns = decode_lists::<Column>(&received).map(|lists| lists.into_values().flatten().collect::<Vec<_>>());
         let mut columns = ranks.collective(columns)?;
         columns.sort_unstable_by_key(|(number, ..)| *number);
         Ok(Sample {

@@ -21,7 +21,7 @@ impl Columns {
         corners: Option<&PartCorners>,
     ) -> Result<Self> {
         let own = own_rows(ranks, grid, ColumnKind::Cell, || cells.read_rows(grid))?;
-        let has_corner_numbers = ranks.share_values(&corners.is_some())?.contains(&true);
+        let has_corner_numbers = ranks.reduce_values(corners.is_some(), |a, b| a || b)?;
         let corner = match has_corner_numbers {
             true => {
                 let read = || corners.map_or_else(|| Ok(Numbered::default()), |corners| corners.read_rows(grid));

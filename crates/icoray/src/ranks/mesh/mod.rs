@@ -8,7 +8,7 @@ mod piece;
 
 use super::nodes::Nodes;
 use super::wire::{decode, encode};
-use super::{LentNode, Node, Ranks, bad};
+use super::{LentNode, Node, RankMessages, Ranks, bad};
 use icoray_grid::grid::{OwnedGrid, OwnedTables};
 use icoray_grid::threads::Threads;
 use icoray_grid::{Connectivity, Error, ErrorKind, Grid, Result, block};
@@ -65,10 +65,9 @@ impl MeshMemory {
         let base = i64::from(numbers.grid.tables().index_base);
         let mut joined = JoinedMesh::at(ranks, &[nodes.leader_of(ranks.rank())], &piece, base)?;
         let mine = joined.as_ref().map_or([0; 2], |mesh| mesh.lengths);
-        let lengths = ranks.share_values(&mine)?;
-        let most = |k: usize| lengths.iter().map(|lengths| lengths[k]).max().unwrap_or(0);
+        let most = ranks.reduce_values(mine, |a, b| std::array::from_fn(|k| a[k].max(b[k])))?;
         ranks.reclaim()?;
-        let (mut numbers, mut grid) = (ranks.take_node(most(0))?, ranks.take_node(most(1))?);
+        let (mut numbers, mut grid) = (ranks.take_node(most[0])?, ranks.take_node(most[1])?);
         let is_refused = numbers.is_refused || grid.is_refused;
         if is_refused {
             joined = JoinedMesh::at(ranks, &nodes.mates(), &piece, base)?;
@@ -138,19 +137,16 @@ struct JoinedMesh {
 impl JoinedMesh {
     /// Sends this rank's `piece` to the ranks `to`, and joins those that it receives. Collective.
     fn at(ranks: &mut Ranks, to: &[usize], piece: &[u8], base: i64) -> Result<Option<Self>> {
-        let mut messages = vec![Vec::new(); ranks.size()];
-        to.iter().for_each(|rank| messages[*rank] = piece.to_vec());
-        let received = ranks.exchange(messages)?;
-        let is_joined = received.iter().any(|bytes| !bytes.is_empty());
-        let mesh = ranks.attempt(|| is_joined.then(|| Self::of(&received, base)).transpose());
+        let received = ranks.exchange(to.iter().map(|rank| (*rank, piece.to_vec())).collect())?;
+        let mesh = ranks.attempt(|| (!received.is_empty()).then(|| Self::of(&received, base)).transpose());
         ranks.collective(mesh)
     }
 
-    fn of(received: &[Vec<u8>], base: i64) -> Result<Self> {
+    fn of(received: &RankMessages, base: i64) -> Result<Self> {
         let (mut cells, mut corners, mut reporter, mut outer) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        for (rank, bytes) in received.iter().enumerate().filter(|(_, bytes)| !bytes.is_empty()) {
+        for (rank, bytes) in received {
             let piece: NodePiece = decode(bytes)?;
-            reporter.resize(reporter.len() + piece.corners.len(), rank as u32);
+            reporter.resize(reporter.len() + piece.corners.len(), *rank as u32);
             cells.extend(piece.cells);
             corners.extend(piece.corners);
             outer.extend(piece.outer);

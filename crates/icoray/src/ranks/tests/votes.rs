@@ -1,6 +1,7 @@
 //! Agreements of ranks before collective actions.
 
 use super::*;
+use icoray_test_support::Random;
 
 #[test]
 fn the_error_of_the_lowest_rank_is_returned_beside_the_answer_of_rank_0() {
@@ -33,6 +34,30 @@ fn ranks_at_different_steps_or_calls_do_not_agree() {
             assert_eq!((refusal.number, refusal.rank, refusal.sentence.as_str()), (None, 1, expected));
             assert_eq!(refusal.error(3).kind(), ErrorKind::Mpi);
         }
+    }
+}
+
+/// Votes are joined on the way to rank 0, over ranks whose parent is not rank 0 too.
+#[test]
+fn the_outcome_of_an_agreement_is_that_of_all_votes_in_order() {
+    for seed in 0..20 {
+        let mut random = Random::new(seed);
+        let size = 1 + random.below(80);
+        let kinds = [1, 1, 2, 3][random.below(4)];
+        let steps: Vec<usize> = (0..size).map(|_| random.below(40 * kinds) / 40).collect();
+        let refuses: Vec<bool> = (0..size).map(|_| random.below(40) == 0).collect();
+        let leaves: Vec<bool> = (0..size).map(|_| random.below(100) == 0).collect();
+        let outcomes = on_ranks(size, |ranks| {
+            let rank = ranks.rank();
+            let refusal = refuses[rank].then_some((3, "bad"));
+            let facts = vec![("field", "q".into()), ("step", steps[rank].to_string())];
+            let agreed = ranks.agree(&Vote { refusal, facts, value: &[9], leaves: leaves[rank] }).unwrap();
+            assert_eq!((agreed.value, ranks.is_gone()), (vec![9], leaves.contains(&true) && leaves.contains(&false)));
+            agreed.refusal.map(|refusal| (refusal.rank, refusal.number))
+        });
+        let refusing = refuses.iter().position(|refuses| *refuses).map(|rank| (rank, Some(3)));
+        let differing = steps.iter().position(|step| *step != steps[0]).map(|rank| (rank, None));
+        assert!(outcomes.iter().all(|outcome| *outcome == refusing.or(differing)), "seed {seed}: {outcomes:?}");
     }
 }
 

@@ -1,0 +1,176 @@
+//! Pictures of many ranks: messages of the real exchange over a simulated network, and the work of nodes of large grids
+//! by geometry.
+//!
+//! [`exchange`] renders frames of a small grid with a thread for each rank. All messages are the library's; a model of a
+//! network gives their times ([`network`]). Rays take no time of it: the seconds are those of the exchange alone, from
+//! rank 0's call to its picture. [`geometry`] follows sampled rays through partitions of a grid of any size.
+
+use crate::ranks::{Sharing, Simulation, on_threads};
+use crate::results::{Table, number, progress, say};
+use crate::scenes::multi_scale;
+use geometry::{Partition, Shell};
+use icoray::ranks::{Traffic, local_nodes_over};
+use icoray::{Error, ErrorKind, FrameReport, Ranks, Result};
+use icoray_reference::sphere::{self, Sphere};
+use network::{Clock, Network, TimedMessages, time};
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+mod geometry;
+mod network;
+
+/// Options of the measurement.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Options {
+    /// Bisections of the grid that the ranks render.
+    #[arg(long, default_value_t = 6)]
+    pub level: u32,
+    /// Layers of that grid.
+    #[arg(long, default_value_t = 4)]
+    pub layers: usize,
+    /// Width and height of its picture.
+    #[arg(long, default_value_t = 256)]
+    pub size: u32,
+    /// Numbers of ranks; each is a thread, with another one that renders.
+    #[arg(long, value_delimiter = ',', default_values_t = [2, 16, 128, 1024, 4096])]
+    pub ranks: Vec<usize>,
+    /// The distribution of the grid over ranks.
+    #[arg(long, value_delimiter = ',', value_enum, default_values_t = [Sharing::Patches])]
+    pub sharing: Vec<Sharing>,
+    /// The network.
+    #[command(flatten)]
+    pub network: Network,
+    /// Bisections of the grid whose work is reckoned.
+    #[arg(long, default_value_t = 11)]
+    pub work_level: u32,
+    /// Layers of that grid.
+    #[arg(long, default_value_t = 99)]
+    pub work_layers: usize,
+    /// Numbers of nodes over which it is distributed.
+    #[arg(long, value_delimiter = ',', default_values_t = [1, 8, 64, 512])]
+    pub nodes: Vec<usize>,
+    /// Its partitions.
+    #[arg(long, value_delimiter = ',', value_enum, default_values_t = [Partition::Patches, Partition::Curve, Partition::Bands])]
+    pub partition: Vec<Partition>,
+    /// Directory of exchange.csv and work.csv.
+    #[arg(long, default_value = "out/scale")]
+    pub out: PathBuf,
+}
+
+const EXCHANGE: &str = "sharing,ranks,nodes,network_s,messages_per_rank,most_messages,sent_bytes_per_rank,most_sent_bytes,\
+    fragment_bytes_per_pixel,rank_0_received_bytes_per_pixel,fragments_per_pixel";
+
+const WORK: &str = "partition,nodes,cells,layers,frusta_per_pixel,fragments_per_pixel,balance";
+
+/// Side of the picture whose rays are followed for the work of nodes.
+const SAMPLED: u32 = 256;
+
+/// Renders, reckons and prints a line per distribution and number of ranks or nodes.
+pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
+    if options.ranks.iter().chain(&options.nodes).chain([&options.network.node_ranks]).any(|count| *count == 0) {
+        return Err(Error::new(ErrorKind::Argument, "0 ranks or nodes, expected at least 1"));
+    }
+    exchange(options, out)?;
+    work(options, out)
+}
+
+/// Messages of one rank in a frame.
+#[derive(Debug, Clone)]
+struct RankExchange {
+    sent: Traffic,
+    /// Time of the rank's clock at the end of the frame, and at that of the frame before.
+    time_s: [f64; 2],
+    report: FrameReport,
+}
+
+fn exchange(options: &Options, out: &mut dyn Write) -> Result<()> {
+    let Network { latency_us, overhead_us, gb_per_s, node_ranks } = options.network;
+    let sphere = Sphere::new(options.level, options.layers, [1.0, 1.15], sphere::multi_scale)?;
+    say!(
+        out,
+        "exchange: {} cells x {} layers, {2} x {2} pixels; the second frame. Network: {latency_us} us from node to node,\n\
+         {overhead_us} us per message at each end, {gb_per_s} GB/s per node of {node_ranks} ranks. Rays take no time.",
+        sphere.mesh.cells(),
+        options.layers,
+        options.size
+    )?;
+    let mut csv = Table::create(options.out.join("exchange.csv"), EXCHANGE, EXCHANGE)?;
+    say!(out, "{}", csv.heading())?;
+    let scenes = [multi_scale::scene(options.size, multi_scale::TRANSFERS[0].1, "", "")?];
+    let bar = progress(options.sharing.len() * options.ranks.len(), "exchange");
+    for &sharing in &options.sharing {
+        for &ranks in &options.ranks {
+            bar.set_message(format!("{ranks} ranks"));
+            let simulation = Simulation::new(&sphere, sharing, ranks, &scenes, 2)?;
+            let frame = simulated(&simulation, ranks, options.network)?;
+            let pixels = f64::from(options.size).powi(2);
+            let (each, root) = (ranks as f64, &frame[0].report);
+            let mean = |of: fn(&Traffic) -> u64| frame.iter().map(|rank| of(&rank.sent)).sum::<u64>() as f64 / each;
+            let most = |of: fn(&Traffic) -> u64| frame.iter().map(|rank| of(&rank.sent)).max().unwrap_or(0) as f64;
+            let [end, begin] = frame[0].time_s;
+            let mut cells = vec![format!("{sharing:?}").to_lowercase(), ranks.to_string()];
+            cells.push(ranks.div_ceil(node_ranks).to_string());
+            let numbers = [
+                end - begin,
+                mean(|sent| sent.messages),
+                most(|sent| sent.messages),
+                mean(|sent| sent.bytes),
+                most(|sent| sent.bytes),
+                root.counts.fragment_bytes as f64 / pixels,
+                root.ranks.bytes_received as f64 / pixels,
+                root.counts.fragments as f64 / pixels,
+            ];
+            cells.extend(numbers.map(number));
+            let line = csv.row(&cells)?;
+            bar.suspend(|| say!(out, "{line}"))?;
+            bar.inc(1);
+        }
+    }
+    bar.finish_and_clear();
+    Ok(())
+}
+
+/// The last frame of all ranks.
+fn simulated(simulation: &Simulation, ranks: usize, network: Network) -> Result<Vec<RankExchange>> {
+    let node_of: Vec<usize> = (0..ranks).map(|rank| network.node_of(rank)).collect();
+    let clocks: Vec<Clock> = (0..ranks).map(|_| Clock::default()).collect();
+    let mut clock_of = clocks.iter();
+    let team = local_nodes_over(&node_of, |messages| {
+        let clock = clock_of.next().map(Arc::clone).unwrap_or_default();
+        TimedMessages::new(messages, network, clock)
+    });
+    let of_ranks = on_threads(team.into_iter().zip(&clocks).collect(), |(team, clock)| {
+        let (mut before, mut began) = (Traffic::default(), 0.0);
+        simulation.rank(Ranks::new(Box::new(team)), |ranks, report| {
+            let (sent, now) = (ranks.traffic(), time(clock));
+            let last = std::mem::replace(&mut before, sent);
+            let sent = Traffic { messages: sent.messages - last.messages, bytes: sent.bytes - last.bytes };
+            RankExchange { sent, time_s: [now, std::mem::replace(&mut began, now)], report }
+        })
+    })?;
+    Ok(of_ranks.into_iter().filter_map(|mut frames| frames.pop()).collect())
+}
+
+fn work(options: &Options, out: &mut dyn Write) -> Result<()> {
+    let cells = 10.0 * 4.0f64.powi(options.work_level as i32) + 2.0;
+    let shell = Shell { cells, layers: options.work_layers, radius: [1.0, 1.15] };
+    say!(
+        out,
+        "work: {cells:.0} cells x {} layers, {SAMPLED} x {SAMPLED} rays, none of which ends early",
+        shell.layers
+    )?;
+    let mut csv = Table::create(options.out.join("work.csv"), WORK, WORK)?;
+    say!(out, "{}", csv.heading())?;
+    let scene = multi_scale::scene(SAMPLED, multi_scale::TRANSFERS[0].1, "", "")?;
+    for &partition in &options.partition {
+        for &nodes in &options.nodes {
+            let work = geometry::work(&scene, shell, partition, nodes, SAMPLED);
+            let mut cells = vec![format!("{partition:?}").to_lowercase(), nodes.to_string()];
+            cells.extend([format!("{:.0}", shell.cells), shell.layers.to_string()]);
+            cells.extend([work.frusta, work.fragments, work.balance()].map(number));
+            say!(out, "{}", csv.row(&cells)?)?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,175 @@
+//! Random schedules: messages of different ranks arrive in any order and late, and ranks fail anywhere in a frame.
+
+use super::*;
+use icoray_test_support::{Random, runs_long};
+use std::collections::VecDeque;
+
+/// Messages that arrive in the order of each sender, but otherwise in a random one, some of them late.
+struct Shuffled {
+    messages: LocalMessages,
+    random: Random,
+    waiting: BTreeMap<usize, VecDeque<Vec<u8>>>,
+}
+
+impl Shuffled {
+    fn wait_for(&mut self, (from, bytes): (usize, Vec<u8>)) {
+        self.waiting.entry(from).or_default().push_back(bytes);
+    }
+
+    fn collect(&mut self) -> Result<()> {
+        while let Some(message) = self.messages.try_receive()? {
+            self.wait_for(message);
+        }
+        Ok(())
+    }
+
+    /// The next message of a random sender.
+    fn take(&mut self) -> Option<(usize, Vec<u8>)> {
+        let senders: Vec<usize> = self.waiting.keys().copied().collect();
+        let from = *senders.get(self.random.below(senders.len().max(1)))?;
+        let messages = self.waiting.get_mut(&from)?;
+        let message = messages.pop_front();
+        if messages.is_empty() {
+            self.waiting.remove(&from);
+        }
+        Some((from, message?))
+    }
+}
+
+impl Messages for Shuffled {
+    fn rank(&self) -> usize {
+        self.messages.rank()
+    }
+
+    fn size(&self) -> usize {
+        self.messages.size()
+    }
+
+    fn send(&mut self, to: usize, bytes: Vec<u8>) -> Result<()> {
+        if self.random.below(4) == 0 {
+            thread::yield_now();
+        }
+        self.messages.send(to, bytes)
+    }
+
+    fn is_sent(&mut self) -> Result<bool> {
+        self.messages.is_sent()
+    }
+
+    fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {
+        self.collect()?;
+        Ok(if self.random.below(2) == 0 { self.take() } else { None })
+    }
+
+    fn receive(&mut self) -> Result<(usize, Vec<u8>)> {
+        self.collect()?;
+        while self.waiting.is_empty() {
+            let message = self.messages.receive()?;
+            self.wait_for(message);
+            if self.random.below(2) == 0 {
+                thread::yield_now();
+            }
+            self.collect()?;
+        }
+        Ok(self.take().expect("a message is waiting"))
+    }
+}
+
+/// The phases of a frame at which a rank can fail.
+const PHASES: usize = 4;
+
+/// A frame of tiles, and fragments before them. The rank that fails does so in its phase.
+fn frame(ranks: &mut Ranks, threads: &Threads, fails: Option<usize>) -> Result<u64> {
+    let fail = |phase: usize| match fails {
+        Some(at) if at == phase => Err(Error::new(ErrorKind::Memory, format!("phase {phase}"))),
+        _ => Ok(()),
+    };
+    let (rank, size) = (ranks.rank(), ranks.size());
+    let raster = Raster { width: 60, height: 30, step: 1 };
+    let owners: Vec<u32> = (0..raster.tiles()).map(|tile| tile * 7 % size as u32).collect();
+    ranks.collective(fail(0))?;
+    let sum = ranks.reduce_work(|| fail(1).map(|()| rank as u64), |a, b| a + b)?;
+    assert_eq!(sum as usize, size * (size - 1) / 2);
+    // Each rank has fragments of some tiles.
+    let tiles = || (0..raster.tiles()).filter(|tile| (*tile as usize + rank).is_multiple_of(3));
+    let mut traced = Traced { tiles: tiles().map(|tile| (tile, vec![rank as u8])).collect(), ..Traced::default() };
+    let messages = traced.messages(ranks, &[rank], &owners);
+    let messages = ranks.collective(fail(2).map(|()| messages))?;
+    let received = ReceivedFragments::exchange(ranks, messages)?;
+    let mut found = 0;
+    received.read(|tile, unread| {
+        let (sender, rest) = unread.split_first().expect("a byte per tile");
+        *unread = rest;
+        found += 1;
+        assert!((tile as usize + usize::from(*sender)).is_multiple_of(3) && owners[tile as usize] as usize == rank);
+        Ok(())
+    })?;
+    let share = TileShare { earlier_counts: Counts { rays: found, ..Counts::default() }, ..share(&raster, &owners) };
+    let mine: Vec<u32> = (0..raster.tiles()).filter(|tile| owners[*tile as usize] as usize == rank).collect();
+    let gathered = ranks.gather(threads, &share, |give| {
+        for (k, number) in mine.iter().enumerate() {
+            assert!(fails != Some(3) || 2 * k < mine.len(), "phase 3");
+            let pixels = vec![Pixel::default(); raster.pixels_of(*number)];
+            give(Tile { number: *number, seconds: 0.0, counts: Counts::default(), pixels });
+        }
+        assert!(fails != Some(3), "phase 3");
+    });
+    let summary = gathered.map(|gathered| {
+        let mut counts = Counts::default();
+        gathered.tiles.iter().for_each(|tile| counts += tile.counts);
+        assert_eq!(gathered.tiles.len(), if rank == 0 { raster.tiles() as usize } else { 0 });
+        FrameSummary { counts, ..FrameSummary::default() }
+    });
+    ranks.conclude(summary).map(|summary| summary.counts.rays)
+}
+
+/// All ranks have the same outcome of each frame, and a frame after a failure is as any other: 10,000 schedules where
+/// long tests run, else 300.
+#[test]
+fn no_schedule_makes_ranks_wait_or_differ() {
+    let threads = Threads::new(2).unwrap();
+    for seed in 0..if runs_long() { 10_000 } else { 300 } {
+        let mut random = Random::new(seed);
+        let size = [2, 3, 5, 8, 40][random.below(5)];
+        let nodes = 1 + random.below(3);
+        let node_of: Vec<usize> = (0..size).map(|rank| rank * nodes / size).collect();
+        let failing: Vec<Option<[usize; 2]>> =
+            (0..3).map(|_| (random.below(2) == 0).then(|| [random.below(size), random.below(PHASES)])).collect();
+        let team = local_nodes_over(&node_of, |messages| Shuffled {
+            random: Random::new(seed * 1000 + messages.rank() as u64),
+            messages,
+            waiting: BTreeMap::new(),
+        });
+        let of_ranks: Vec<Vec<std::result::Result<u64, String>>> = thread::scope(|scope| {
+            let rank = |team| {
+                let (threads, failing) = (&threads, &failing);
+                scope.spawn(move || {
+                    let mut ranks = Ranks::new(Box::new(team));
+                    let rank = ranks.rank();
+                    let frame = |fails: &Option<[usize; 2]>| {
+                        let fails = fails.filter(|[odd, _]| *odd == rank).map(|[_, phase]| phase);
+                        frame(&mut ranks, threads, fails).map_err(|error| error.to_string())
+                    };
+                    failing.iter().map(frame).collect()
+                })
+            };
+            let running: Vec<_> = team.into_iter().map(rank).collect();
+            running.into_iter().map(|rank| rank.join().unwrap()).collect()
+        });
+        for (number, fails) in failing.iter().enumerate() {
+            for outcomes in &of_ranks {
+                match (fails, &outcomes[number]) {
+                    (None, outcome) => assert_eq!(*outcome, of_ranks[0][number], "seed {seed}"),
+                    (Some([odd, phase]), Err(error)) => {
+                        assert!(error.ends_with(&format!("rank {odd}: phase {phase}")), "seed {seed}: {error}");
+                    }
+                    (Some(_), Ok(_)) => panic!("seed {seed}: frame {number} has failed on a rank only"),
+                }
+            }
+            // Every third tile of each rank.
+            if fails.is_none() {
+                assert!(of_ranks[0][number].as_ref().is_ok_and(|rays| *rays > 0), "seed {seed}");
+            }
+        }
+    }
+}
