@@ -58,7 +58,7 @@ pub struct Options {
     pub out: PathBuf,
 }
 
-const EXCHANGE: &str = "sharing,ranks,nodes,network_s,messages_per_rank,most_messages,sent_bytes_per_rank,most_sent_bytes,\
+const EXCHANGE: &str = "sharing,ranks,nodes,setup_s,setup_messages_per_rank,network_s,messages_per_rank,most_messages,sent_bytes_per_rank,most_sent_bytes,\
     fragment_bytes_per_pixel,rank_0_received_bytes_per_pixel,fragments_per_pixel";
 
 const WORK: &str = "partition,nodes,cells,layers,frusta_per_pixel,fragments_per_pixel,balance";
@@ -81,6 +81,8 @@ struct RankExchange {
     sent: Traffic,
     /// Time of the rank's clock at the end of the frame, and at that of the frame before.
     time_s: [f64; 2],
+    /// What came before the frame: the agreement on parts and one frame.
+    before: Traffic,
     report: FrameReport,
 }
 
@@ -111,7 +113,11 @@ fn exchange(options: &Options, out: &mut dyn Write) -> Result<()> {
             let [end, begin] = frame[0].time_s;
             let mut cells = vec![format!("{sharing:?}").to_lowercase(), ranks.to_string()];
             cells.push(ranks.div_ceil(node_ranks).to_string());
+            // The frame before has about the same messages.
+            let setup = frame.iter().map(|rank| rank.before.messages.saturating_sub(rank.sent.messages)).sum::<u64>();
             let numbers = [
+                begin - (end - begin),
+                setup as f64 / each,
                 end - begin,
                 mean(|sent| sent.messages),
                 most(|sent| sent.messages),
@@ -146,7 +152,7 @@ fn simulated(simulation: &Simulation, ranks: usize, network: Network) -> Result<
             let (sent, now) = (ranks.traffic(), time(clock));
             let last = std::mem::replace(&mut before, sent);
             let sent = Traffic { messages: sent.messages - last.messages, bytes: sent.bytes - last.bytes };
-            RankExchange { sent, time_s: [now, std::mem::replace(&mut began, now)], report }
+            RankExchange { sent, time_s: [now, std::mem::replace(&mut began, now)], before: last, report }
         })
     })?;
     Ok(of_ranks.into_iter().filter_map(|mut frames| frames.pop()).collect())

@@ -1,7 +1,8 @@
 //! Finds the owners of cells and corners that have numbers in the whole grid.
 //!
-//! A distributed directory: rank `g mod ranks` stores the owner of number g, which the owner registers and ranks with
-//! the cell or corner in their halo look up. So no rank ever stores numbers of the whole grid.
+//! A distributed directory: each rank stores the owners of a range of numbers, which the owners register and ranks with
+//! the cell or corner in their halo look up. So no rank ever stores numbers of the whole grid, and ranks whose cells have
+//! close numbers, as models give them, exchange few messages.
 
 use super::cells::{ColumnKind, NONE, Numbered, PartCells};
 use super::wire::{RankLists, decode_lists, encode_lists};
@@ -65,10 +66,18 @@ pub(super) fn find_owners(
     wanted: &[u64],
     nobodys: impl Fn(usize, String) -> String,
 ) -> Result<Vec<u32>> {
-    let size = ranks.size();
-    let keeper = |number: u64| (number % size as u64) as usize;
+    let own: Vec<u64> = own.collect();
+    let range = own.iter().copied().min().zip(own.iter().copied().max());
+    let range = ranks.reduce_values(range, |a, b| match (a, b) {
+        (Some((low, high)), Some((l, h))) => Some((low.min(l), high.max(h))),
+        (a, b) => a.or(b),
+    })?;
+    let (first, last) = range.unwrap_or((0, 0));
+    let (size, kept) = (ranks.size() as u64, (last - first) / ranks.size() as u64 + 1);
+    // Numbers that no rank owns may be outside of the range.
+    let keeper = |number: u64| (number.saturating_sub(first) / kept).min(size - 1) as usize;
     let (mut registered, mut requested) = (RankLists::new(), RankLists::new());
-    own.for_each(|number| registered.entry(keeper(number)).or_default().push(number));
+    own.into_iter().for_each(|number| registered.entry(keeper(number)).or_default().push(number));
     wanted.iter().for_each(|number| requested.entry(keeper(*number)).or_default().push(*number));
     let registered = ranks.exchange(encode_lists(&registered))?;
     let requested = ranks.exchange(encode_lists(&requested))?;

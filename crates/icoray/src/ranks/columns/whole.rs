@@ -47,7 +47,9 @@ fn own_rows(ranks: &mut Ranks, grid: &Grid, kind: ColumnKind, read: impl FnOnce(
     let own = ranks.collective(numbers)?;
     // Each rank asks for the rows of which it keeps the owners.
     let (rows, base) = (kind.rows(grid) as u64, i64::from(grid.tables().index_base));
-    let kept: Vec<u64> = (ranks.rank() as u64..rows).step_by(ranks.size()).collect();
+    let each = rows.saturating_sub(1) / ranks.size() as u64 + 1;
+    let first = (ranks.rank() as u64 * each).min(rows);
+    let kept: Vec<u64> = (first..rows.min(first + each)).collect();
     let nobodys = |_, row| format!("{row} of the whole grid is owned by no rank, expected one owner");
     find_owners(ranks, (kind, base), own.iter().map(|(_, row)| u64::from(*row)), &kept, nobodys)?;
     Ok(own)

@@ -173,3 +173,24 @@ fn no_schedule_makes_ranks_wait_or_differ() {
         }
     }
 }
+
+/// A frame of four times as many ranks takes no more messages of a rank in the mean, and fewer bytes: each has fewer
+/// tiles.
+#[test]
+fn messages_of_a_rank_do_not_grow_with_the_number_of_ranks() {
+    let threads = Threads::new(2).unwrap();
+    let mean = |size: usize| {
+        let sent = on_ranks(size, |ranks| {
+            frame(ranks, &threads, None).unwrap();
+            ranks.traffic()
+        });
+        let sum = |of: fn(&Traffic) -> u64| sent.iter().map(of).sum::<u64>() as f64 / size as f64;
+        [sum(|sent| sent.messages), sum(|sent| sent.bytes)]
+    };
+    let ([messages, bytes], [of_four, bytes_of_four]) = (mean(40), mean(160));
+    assert!(
+        messages > 5.0 && of_four < messages && bytes_of_four < bytes,
+        "{:?}",
+        [messages, of_four, bytes, bytes_of_four]
+    );
+}

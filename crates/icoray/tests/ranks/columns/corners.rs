@@ -166,7 +166,7 @@ fn corners_that_do_not_fit_are_refused_on_all_ranks() {
         ),
         (|global, _| global[3] = -1, "rank 1: corner_global row 3: -1, expected 0 to 319"),
         (|global, _| global[3] = global[8], "rank 1: corner_global rows 3 and 8: both "),
-        (|_, marks| marks.fill(0), "rank 0: corner 108 of the whole grid is owned by no rank"),
+        (|_, marks| marks.fill(0), "rank 1: corner 107 of the whole grid is owned by no rank"),
         (|_, marks| marks.truncate(5), "rank 1: is_corner_owned: 5 rows, expected "),
         (
             |global, marks| {
