@@ -64,7 +64,7 @@ const EXCHANGE: &str = "sharing,ranks,nodes,setup_s,setup_messages_per_rank,netw
 const WORK: &str = "partition,nodes,cells,layers,frusta_per_pixel,fragments_per_pixel,balance";
 
 /// Side of the picture whose rays are followed for the work of nodes.
-const SAMPLED: u32 = 256;
+const SAMPLED: u32 = 128;
 
 /// Renders, reckons and prints a line per distribution and number of ranks or nodes.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {

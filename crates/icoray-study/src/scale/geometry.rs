@@ -124,8 +124,8 @@ fn along(
 ) {
     let spacing = (4.0 * PI / shell.cells).sqrt();
     let layer = (shell.radius[1] - shell.radius[0]) / shell.layers as f64;
-    // An eighth of the mean patch, and no less than two cells.
-    let step = (2.0 * spacing).max((4.0 * PI / of_nodes.len() as f64).sqrt() / 8.0);
+    // A hundredth of the mean patch, and no less than a cell.
+    let step = spacing.max((4.0 * PI / of_nodes.len() as f64).sqrt() / 100.0);
     let steps = ((to - from) / step).ceil().max(1.0);
     let step = (to - from) / steps;
     let mut last = None;

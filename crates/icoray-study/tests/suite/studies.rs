@@ -7,7 +7,8 @@ use std::path::Path;
 /// Runs a study with its results in `directory`; returns what it printed.
 fn run(words: &[&str], directory: &Path) -> String {
     // Some have fields that need no file.
-    let data: &[&str] = if ["corners", "ranks", "speed"].contains(&words[0]) { &[] } else { &["--data", "/nowhere"] };
+    let data: &[&str] =
+        if ["corners", "ranks", "scale", "speed"].contains(&words[0]) { &[] } else { &["--data", "/nowhere"] };
     let out = ["--out", directory.to_str().unwrap()];
     study(words.iter().chain(&out).chain(data).copied()).unwrap()
 }
@@ -104,6 +105,33 @@ fn ranks_share_out_by_tiles_and_by_parts() {
         of.map(|row| row["fragments_per_pixel"].parse::<f64>().unwrap()).sum::<f64>()
     };
     assert!(fragments("random") > 2.0 * fragments("patches"), "random cells cut rays into more pieces");
+}
+
+#[test]
+fn scale_counts_messages_and_reckons_balance() {
+    let directory = tempfile::tempdir().unwrap();
+    let words =
+        "scale --level 3 --layers 3 --size 40 --ranks 2,12 --node-ranks 4 --work-level 5 --nodes 1,8".split(' ');
+    run(&words.collect::<Vec<_>>(), directory.path());
+    let exchange = rows(&directory.path().join("exchange.csv"));
+    let number = |row: &HashMap<String, String>, key: &str| row[key].parse::<f64>().unwrap();
+    assert_eq!(exchange.len(), 2);
+    for row in &exchange {
+        let is_node = row["nodes"] == "1";
+        assert!(number(row, "network_s") > 0.0 && number(row, "setup_s") > 0.0, "{row:?}");
+        assert!(number(row, "messages_per_rank") <= number(row, "most_messages"), "{row:?}");
+        assert!(number(row, "sent_bytes_per_rank") <= number(row, "most_sent_bytes"), "{row:?}");
+        assert!(number(row, "rank_0_received_bytes_per_pixel") > 1.0, "{row:?}");
+        assert_eq!(number(row, "fragments_per_pixel") > 0.0, !is_node, "{row:?}");
+        assert_eq!(number(row, "fragment_bytes_per_pixel") > 0.0, !is_node, "{row:?}");
+    }
+    let work = rows(&directory.path().join("work.csv"));
+    assert_eq!(work.len(), 3 * 2);
+    for row in &work {
+        let is_one = row["nodes"] == "1";
+        let balance = number(row, "balance");
+        assert!(if is_one { (balance - 1.0).abs() < 1e-9 } else { (0.2..0.9).contains(&balance) }, "{row:?}");
+    }
 }
 
 #[test]

@@ -13,9 +13,9 @@
 //!
 //! Only the calling thread communicates; the renderer's threads draw meanwhile.
 //!
-//! In a frame no message and no memory of a rank grows with the number of ranks, but for rank 0's list of the tiles that
-//! ranks have yet to send: what all ranks contribute to is joined on the way to rank 0 ([`Team::reduce`]), and ranks
-//! send each other only what is not empty ([`Team::exchange`]).
+//! In a frame no message grows with the number of ranks, nor does the number that a rank sends: what all ranks contribute
+//! to is joined on the way to rank 0 ([`Team::reduce`]), and ranks send each other only what is not empty
+//! ([`Team::exchange`]). [`Team::share`] is for what is agreed on once, and for probes.
 
 mod agree;
 mod cells;
