@@ -62,6 +62,7 @@ pub(crate) use node_fields::{NodeFields, Stored};
 pub(crate) use part::Part;
 pub(crate) use pump::{MessagePump, pumped};
 pub use pump::{Messages, PointToPoint};
+use wire::decode;
 pub(crate) use wire::{RankLists, decode_lists, decode_next, encode, encode_lists};
 
 use icoray_grid::{Error, ErrorKind, Result};
@@ -280,8 +281,16 @@ impl Ranks {
         let Some(team) = &mut self.team else { return Ok(1) };
         let mine = team.node_leader();
         let leader = self.collective(mine)?;
-        let masks = self.share_values(&(leader, mask.to_vec()))?;
-        Ok(masks.iter().filter(|(other, others)| *other == leader && overlap(mask, others)).count())
+        // The leader of the node counts for all of its ranks.
+        let masks = decode_lists::<u8>(&self.exchange(encode_lists(&[(leader, mask.to_vec())].into()))?);
+        let masks = self.collective(masks)?;
+        let count = |mask: &[u8]| masks.values().filter(|other| overlap(mask, other)).count();
+        let counts = self.exchange(masks.iter().map(|(rank, mask)| (*rank, encode(&count(mask)))).collect())?;
+        let count = counts.get(&leader).map_or_else(
+            || Err(Error::new(ErrorKind::Mpi, format!("rank {leader} has not counted the ranks of its node"))),
+            |bytes| decode(bytes),
+        );
+        self.collective(count)
     }
 
     /// Messages between the same ranks, separate from all others; `None` for one process alone. Collective.

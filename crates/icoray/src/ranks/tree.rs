@@ -11,7 +11,7 @@ use super::pieces::{Addressed, Pieces};
 use super::wire::{decode, encode};
 use super::{JoinBytes, Messages, RankMessages, Team, Traffic};
 use icoray_grid::{Error, Result};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::mem::take;
 
 /// Maximum number of children of a rank.
@@ -41,7 +41,7 @@ pub(crate) struct Tree<M> {
     /// Number of the last collective call.
     call: u64,
     /// Messages that arrived before their turn.
-    early: Vec<Message>,
+    early: VecDeque<Message>,
     /// The error with which another rank's frame has ended, if it ends this one's too.
     broken: Option<Error>,
     traffic: Traffic,
@@ -49,7 +49,7 @@ pub(crate) struct Tree<M> {
 
 impl<M: Messages> Tree<M> {
     pub fn new(messages: M, node_rank: usize) -> Self {
-        let (pieces, early) = (Pieces::default(), Vec::new());
+        let (pieces, early) = (Pieces::default(), VecDeque::new());
         let traffic = Traffic::default();
         Tree { messages, pieces, node_rank, fan_out: FAN_OUT, call: 0, early, broken: None, traffic }
     }
@@ -134,8 +134,8 @@ impl<M: Messages> Tree<M> {
         let Some(at) = self.early.iter().position(is_it) else {
             return Ok(None);
         };
-        let Message { from, body, .. } = self.early.remove(at);
-        Ok(Some((from, body?)))
+        let found = self.early.remove(at);
+        found.map(|Message { from, body, .. }| Ok((from, body?))).transpose()
     }
 
     /// Stores the messages that have arrived.
@@ -156,7 +156,7 @@ impl<M: Messages> Tree<M> {
         match message.body {
             _ if its < mine => {}
             Err(error) if its == mine => self.broken = self.broken.take().or(Some(error)),
-            body => self.early.push(Message { body, ..message }),
+            body => self.early.push_back(Message { body, ..message }),
         }
     }
 }
