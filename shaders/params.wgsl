@@ -28,9 +28,7 @@ struct Params {
     // Linear RGB of the core.
     core: vec3f,
     layers: u32,
-    index_base: i32,
     triangles: u32,
-    rim_sides: u32,
     spans: u32,
     steps: u32,
     // Elements from column to column and from layer to layer, in a page.

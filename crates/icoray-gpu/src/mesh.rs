@@ -1,12 +1,11 @@
-//! Grids on the device: their tables in 32 bits, otherwise as the model has them, uploaded once.
+//! Grids on the device: directions of cells, and cells and neighbours of triangles, uploaded once.
 
 use crate::context::Context;
 use crate::culling::Culling;
 use crate::layout::halves;
-use icoray::device::{FallbackReason, Tables};
-use icoray::{Grid, Indices};
+use icoray::Grid;
+use icoray::device::FallbackReason;
 use rayon::prelude::*;
-use std::borrow::Cow;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
 /// Marks that there is no triangle behind a cell's last one: `NONE` of `shaders/gradient.wgsl`.
@@ -17,9 +16,8 @@ const NONE: u32 = u32::MAX;
 pub(crate) struct DeviceMesh {
     /// A triangle that exists.
     pub start: u32,
-    pub rim_sides: u32,
-    /// Bindings 1 to 7.
-    pub buffers: [wgpu::Buffer; 7],
+    /// Bindings 1 to 3.
+    pub buffers: [wgpu::Buffer; 3],
     pub culling: Culling,
     cell_triangles: OnceLock<CellTriangles>,
 }
@@ -60,27 +58,23 @@ impl MeshCache {
 
 impl DeviceMesh {
     fn upload(ctx: &Context, grid: &Grid) -> Result<Self, FallbackReason> {
-        let tables = Tables::of(grid);
         let split = |direction: &[f64; 3]| {
             let [x, y, z] = direction.map(halves);
             [x[0], y[0], z[0], x[1], y[1], z[1]]
         };
-        let directions: Vec<[f32; 6]> = tables.directions.iter().map(split).collect();
-        let mut orientations = tables.orientations;
+        let directions: Vec<[f32; 6]> = grid.directions().iter().map(split).collect();
+        let all = (grid.triangles() + grid.void_triangles()) as u32;
+        let triangle = |number: u32| [grid.triangle(number), [0, 1, 2].map(|k| grid.across(number, k))];
+        let triangles: Vec<[[u32; 3]; 2]> = (0..all).into_par_iter().map(triangle).collect();
+        let mut orientations: Vec<u8> = grid.orientations().iter().map(|orientation| orientation.bits()).collect();
         orientations.resize(orientations.len().next_multiple_of(4), 0);
-        let model = grid.tables();
         let buffers = [
             ctx.storage("directions of cells", &directions)?,
-            ctx.storage("table corner_cell", &narrow(&model.corner_cell))?,
-            ctx.storage("table corner_edge", &narrow(&model.corner_edge))?,
-            ctx.storage("table edge_corner", &narrow(&model.edge_corner))?,
+            ctx.storage("cells and neighbours of triangles", &triangles)?,
             ctx.storage("orientations of triangles", &orientations)?,
-            ctx.storage("void triangles", &tables.void)?,
-            ctx.storage("sides of rims", &tables.rim)?,
         ];
         Ok(DeviceMesh {
-            start: tables.start,
-            rim_sides: tables.rim.len() as u32,
+            start: grid.nearest_valid_triangle(0),
             buffers,
             culling: Culling::new(grid),
             cell_triangles: OnceLock::new(),
@@ -103,14 +97,5 @@ impl DeviceMesh {
         let bytes = buffer.size();
         // The thread of another picture may have set it meanwhile.
         Ok((self.cell_triangles.get_or_init(|| CellTriangles { row: row as u32, buffer }), bytes))
-    }
-}
-
-/// A table in 32 bits. Checked grids have no index that does not fit; a mark of a missing entry may become any number,
-/// because shaders do not follow it.
-fn narrow<'t>(table: &Indices<'t>) -> Cow<'t, [i32]> {
-    match table {
-        Indices::I32(rows) => Cow::Borrowed(rows),
-        Indices::I64(rows) => rows.iter().map(|&n| n as i32).collect(),
     }
 }

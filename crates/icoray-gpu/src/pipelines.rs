@@ -8,10 +8,10 @@ use std::sync::{Mutex, PoisonError};
 use wgpu::BufferBindingType::{self, Uniform};
 
 /// Bindings of group 0, in order.
-const TABLES: [BufferBindingType; 14] = {
-    let mut kinds = [READ; 14];
+const TABLES: [BufferBindingType; 10] = {
+    let mut kinds = [READ; 10];
     kinds[0] = Uniform;
-    kinds[13] = READ_WRITE;
+    kinds[9] = READ_WRITE;
     kinds
 };
 

@@ -87,11 +87,6 @@ impl HoleFilling<'_> {
         self.rim[place.expect("every side of the rim is in its list")].void
     }
 
-    /// The sides of rims, sorted: triangle, vertex opposite, void triangle beyond.
-    pub fn rim(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
-        self.rim.iter().map(|side| [side.triangle, side.opposite, side.void])
-    }
-
     /// All holes; the table has `rows` rows.
     pub fn holes(&self, rows: usize) -> Vec<Hole> {
         let mut hole_of = vec![None; self.void.len()];

@@ -331,16 +331,6 @@ impl<'a> Grid<'a> {
         &self.orientations
     }
 
-    /// Void triangles as vertices and neighbours, and the sides of rims: triangle, vertex opposite, void triangle
-    /// beyond.
-    pub fn hole_filling_tables(&self) -> (Vec<[u32; 6]>, Vec<[u32; 3]>) {
-        let flat = |void: &hole_filling::Void| {
-            let ([a, b, c], [d, e, f]) = (void.cells, void.beyond);
-            [a, b, c, d, e, f]
-        };
-        (self.hole_filling.void().iter().map(flat).collect(), self.hole_filling.rim().collect())
-    }
-
     /// The corners of `cell` that are in the tables, without repetition, in the table's order. Beside a hole some are
     /// not triangles.
     pub fn corners_of(&self, cell: u32) -> impl Iterator<Item = u32> + '_ {

@@ -6,9 +6,9 @@
 
 use icoray::FrameReport;
 
-/// `seats`, `corner_edge`, `edge_corner`, `corner_cell` of the next triangle, its new vertex' direction; values of
-/// three cells at the ray's first layer.
-const COLUMN_BYTES: u64 = 4 + 4 + 8 + 12 + 24 + 12;
+/// Orientation, neighbour, cells of the next triangle, its new vertex' direction; values of three cells at the ray's
+/// first layer.
+const COLUMN_BYTES: u64 = 4 + 4 + 12 + 24 + 12;
 /// Values of three cells at the next layer.
 const FRUSTUM_BYTES: u64 = 12;
 /// Gradients of three vertices, wherever values are read.
@@ -54,9 +54,9 @@ mod tests {
             let counts = Counts { columns, frusta, ..Counts::default() };
             Cost::of(&FrameReport { counts, ..FrameReport::default() }, pixels, is_lit)
         };
-        assert_eq!(of(1, 0, 0, false), Cost { bytes: 64.0, flops: 1087.0 });
+        assert_eq!(of(1, 0, 0, false), Cost { bytes: 56.0, flops: 1087.0 });
         assert_eq!(of(0, 1, 0, false), Cost { bytes: 12.0, flops: 224.0 });
         assert_eq!(of(0, 1, 0, true), Cost { bytes: 48.0, flops: 224.0 });
-        assert_eq!(of(2, 3, 5, false).bytes, 128.0 + 36.0 + 220.0);
+        assert_eq!(of(2, 3, 5, false).bytes, 112.0 + 36.0 + 220.0);
     }
 }

@@ -22,7 +22,7 @@ pub(crate) use job::GradientSource;
 pub use job::{Content, Job};
 pub(crate) use scenery::unsupported;
 pub use scenery::{MAX_CLIPS, MAX_SURFACES, Material, NativeLayers, Paint, Scenery, SurfaceLayer, SurfacePlace};
-pub use tables::{BudgetTable, Span, Step, Tables, locate};
+pub use tables::{BudgetTable, Span, Step, locate};
 pub use volumes::{MAX_VOLUMES, SceneVolume, VolumeMap};
 
 use bytemuck::{Pod, Zeroable};

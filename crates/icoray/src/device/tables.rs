@@ -1,33 +1,8 @@
-//! A grid's tables and a transfer function's spans, as plain numbers.
+//! Triangles by direction, and a transfer function's spans as plain numbers.
 
 use glam::DVec3;
 use icoray_grid::Grid;
 use icoray_kernel::walk;
-
-/// Tables of a grid that icoray derives, beside the model's own ([`Grid::tables`]).
-#[derive(Debug)]
-pub struct Tables<'g> {
-    /// Unit vectors of cells, and of synthetic points behind them.
-    pub directions: &'g [[f64; 3]],
-    /// A byte per row of `corner_cell`: two bits per vertex with the `corner_edge` column of the side opposite it, or 3
-    /// on the rim of a hole; bit 6 if the row winds clockwise; bit 7 if it is no triangle.
-    pub orientations: Vec<u8>,
-    /// Void triangles: three vertices, and the triangles beyond the sides opposite them.
-    pub void: Vec<[u32; 6]>,
-    /// Sides on the rims of holes: triangle, vertex opposite, void triangle beyond. Sorted.
-    pub rim: Vec<[u32; 3]>,
-    /// A row that is a triangle.
-    pub start: u32,
-}
-
-impl<'g> Tables<'g> {
-    /// The tables of `grid`.
-    pub fn of(grid: &'g Grid) -> Self {
-        let (void, rim) = grid.hole_filling_tables();
-        let orientations = grid.orientations().iter().map(|orientation| orientation.bits()).collect();
-        Tables { directions: grid.directions(), orientations, void, rim, start: grid.nearest_valid_triangle(0) }
-    }
-}
 
 /// The triangle that contains the direction `target`, searched from the triangle `from`: the nearer, the faster.
 pub fn locate(grid: &Grid, from: u32, target: [f64; 3]) -> u32 {
