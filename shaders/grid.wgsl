@@ -12,17 +12,13 @@ struct Direction {
     lo_z: f32,
 }
 
-// A triangle: its cells, and the triangles beyond the sides opposite them. Triangles without data follow those of the
-// table.
-struct Triangle {
-    cells: array<u32, 3>,
-    beyond: array<u32, 3>,
-}
-
 @group(0) @binding(1) var<storage, read> directions: array<Direction>;
-@group(0) @binding(2) var<storage, read> triangles: array<Triangle>;
+// The cells of each triangle, and the triangles beyond the sides opposite them. Triangles without data follow those of
+// the table.
+@group(0) @binding(2) var<storage, read> triangle_cells: array<u32>;
+@group(0) @binding(3) var<storage, read> beyond: array<u32>;
 // Four of `TriangleOrientation` in a word, the first one lowest.
-@group(0) @binding(3) var<storage, read> orientations: array<u32>;
+@group(0) @binding(4) var<storage, read> orientations: array<u32>;
 
 const ORIENTATION_CLOCKWISE: u32 = 64u;
 const ORIENTATION_ABSENT: u32 = 128u;
@@ -41,12 +37,12 @@ fn grid_direction(cell: u32) -> Wide3 {
 }
 
 fn grid_triangle(triangle: u32) -> vec3u {
-    let cells = triangles[triangle].cells;
-    return vec3u(cells[0], cells[1], cells[2]);
+    let row = 3u * triangle;
+    return vec3u(triangle_cells[row], triangle_cells[row + 1u], triangle_cells[row + 2u]);
 }
 
 fn grid_across(triangle: u32, k: u32) -> u32 {
-    return triangles[triangle].beyond[k];
+    return beyond[3u * triangle + k];
 }
 
 fn grid_is_clockwise(triangle: u32) -> bool {

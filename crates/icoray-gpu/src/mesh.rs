@@ -16,8 +16,8 @@ const NONE: u32 = u32::MAX;
 pub(crate) struct DeviceMesh {
     /// A triangle that exists.
     pub start: u32,
-    /// Bindings 1 to 3.
-    pub buffers: [wgpu::Buffer; 3],
+    /// Bindings 1 to 4.
+    pub buffers: [wgpu::Buffer; 4],
     pub culling: Culling,
     cell_triangles: OnceLock<CellTriangles>,
 }
@@ -64,13 +64,15 @@ impl DeviceMesh {
         };
         let directions: Vec<[f32; 6]> = grid.directions().iter().map(split).collect();
         let all = (grid.triangles() + grid.void_triangles()) as u32;
-        let triangle = |number: u32| [grid.triangle(number), [0, 1, 2].map(|k| grid.across(number, k))];
-        let triangles: Vec<[[u32; 3]; 2]> = (0..all).into_par_iter().map(triangle).collect();
+        let cells: Vec<[u32; 3]> = (0..all).into_par_iter().map(|triangle| grid.triangle(triangle)).collect();
+        let across = |triangle: u32| [0, 1, 2].map(|k| grid.across(triangle, k));
+        let beyond: Vec<[u32; 3]> = (0..all).into_par_iter().map(across).collect();
         let mut orientations: Vec<u8> = grid.orientations().iter().map(|orientation| orientation.bits()).collect();
         orientations.resize(orientations.len().next_multiple_of(4), 0);
         let buffers = [
             ctx.storage("directions of cells", &directions)?,
-            ctx.storage("cells and neighbours of triangles", &triangles)?,
+            ctx.storage("cells of triangles", &cells)?,
+            ctx.storage("neighbours of triangles", &beyond)?,
             ctx.storage("orientations of triangles", &orientations)?,
         ];
         Ok(DeviceMesh {
