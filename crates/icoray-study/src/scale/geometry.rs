@@ -167,13 +167,14 @@ mod tests {
     const SHELL: Shell = Shell { cells: 40_962.0, layers: 30, radius: [1.0, 1.15] };
 
     #[test]
-    fn one_node_has_one_fragment_per_stretch_and_all_work() {
+    fn one_node_has_one_fragment_per_ray_and_all_work() {
         let scene = multi_scale::scene(64, |_| 0.5, "", "").unwrap();
         for partition in [Partition::Patches, Partition::Curve, Partition::Bands] {
             let work = work(&scene, SHELL, partition, 1, 64);
             assert!((work.balance() - 1.0).abs() < 1e-12);
-            // The globe covers pi / 4 of 1.15 / (3.2 tan 22.5 deg) squared, somewhat more in perspective.
-            assert!((1.0..1.5).contains(&work.fragments), "{}", work.fragments);
+            // The disc of the globe in the picture, 3.2 radii away in a view of 45 degrees.
+            let radius = (1.15f64 / 3.2).asin().tan() / 22.5f64.to_radians().tan();
+            assert!((work.fragments - PI / 4.0 * radius * radius).abs() < 0.01, "{}", work.fragments);
         }
     }
 
