@@ -286,8 +286,9 @@ fn send(team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<usize> {
 struct ReceivedTiles<'t> {
     tiling: &'t dyn Tiling,
     tiles: Vec<Tile>,
-    /// Number of tiles that each rank has yet to send.
+    /// Number of tiles that each rank has yet to send, and their sum.
     missing: Vec<usize>,
+    all_missing: usize,
     /// Errors of messages that cannot be decoded, by the rank that sent them.
     failures: BTreeMap<usize, Error>,
     bytes_received: u64,
@@ -299,7 +300,9 @@ impl<'t> ReceivedTiles<'t> {
         share.owners.iter().for_each(|owner| missing[*owner as usize] += 1);
         // Rank 0 sends no message to itself.
         missing[0] = 0;
-        ReceivedTiles { tiling: share.tiling, tiles: Vec::new(), missing, failures: BTreeMap::new(), bytes_received: 0 }
+        let all_missing = missing.iter().sum();
+        let (tiles, failures) = (Vec::new(), BTreeMap::new());
+        ReceivedTiles { tiling: share.tiling, tiles, missing, all_missing, failures, bytes_received: 0 }
     }
 
     /// Collects this rank's tiles while they are drawn, and meanwhile those received from other ranks.
@@ -318,10 +321,14 @@ impl<'t> ReceivedTiles<'t> {
     fn take_all(&mut self, team: &mut dyn Team) -> Result<()> {
         while let Some((rank, bytes)) = team.try_receive()? {
             self.bytes_received += bytes.len() as u64;
-            self.missing[rank] = self.missing[rank].saturating_sub(1);
-            match packed::read(&bytes, rank, self.tiling) {
+            let sent = packed::read(&bytes, rank, self.tiling);
+            let missing = &mut self.missing[rank];
+            let arrived = if matches!(sent, Ok(Sent::End)) { *missing } else { 1.min(*missing) };
+            *missing -= arrived;
+            self.all_missing -= arrived;
+            match sent {
                 Ok(Sent::Tile(tile)) => self.tiles.push(tile),
-                Ok(Sent::End) => self.missing[rank] = 0,
+                Ok(Sent::End) => {}
                 Err(error) => drop(self.failures.entry(rank).or_insert(error)),
             }
         }
@@ -330,6 +337,6 @@ impl<'t> ReceivedTiles<'t> {
 
     /// Whether no rank has a message to send.
     fn are_whole(&self) -> bool {
-        self.missing.iter().all(|missing| *missing == 0)
+        self.all_missing == 0
     }
 }
