@@ -58,8 +58,8 @@ pub struct Options {
     pub out: PathBuf,
 }
 
-const EXCHANGE: &str = "sharing,ranks,nodes,setup_s,setup_messages_per_rank,network_s,messages_per_rank,most_messages,sent_bytes_per_rank,most_sent_bytes,\
-    fragment_bytes_per_pixel,rank_0_received_bytes_per_pixel,fragments_per_pixel";
+const EXCHANGE: &str = "sharing,ranks,nodes,setup_s,setup_messages_per_rank,network_s,messages_per_rank,\
+    most_messages,sent_bytes_per_rank,most_sent_bytes,fragment_bytes_per_pixel,rank_0_received_bytes_per_pixel,fragments_per_pixel";
 
 const WORK: &str = "partition,nodes,cells,layers,frusta_per_pixel,fragments_per_pixel,balance";
 

@@ -54,15 +54,6 @@ enum Nodes {
 
 impl Nodes {
     fn new(partition: Partition, nodes: usize) -> Self {
-        // Places of equal areas: Fibonacci's lattice.
-        let lattice = |count: usize| {
-            (0..count).map(move |k| {
-                let z = 1.0 - (2 * k + 1) as f64 / count as f64;
-                let (sin, cos) = (k as f64 * 2.399_963_229_728_653).sin_cos();
-                let r = (1.0 - z * z).sqrt();
-                DVec3::new(r * cos, r * sin, z)
-            })
-        };
         match partition {
             Partition::Patches => Nodes::Patches(lattice(nodes).collect()),
             Partition::Bands => Nodes::Bands(nodes),
@@ -85,6 +76,16 @@ impl Nodes {
             Nodes::Bands(count) => (((1.0 - direction.z) / 2.0 * *count as f64) as usize).min(count - 1),
         }
     }
+}
+
+/// Places of equal areas: Fibonacci's lattice.
+fn lattice(count: usize) -> impl Iterator<Item = DVec3> {
+    (0..count).map(move |k| {
+        let z = 1.0 - (2 * k + 1) as f64 / count as f64;
+        let (sin, cos) = (k as f64 * 2.399_963_229_728_653).sin_cos();
+        let r = (1.0 - z * z).sqrt();
+        DVec3::new(r * cos, r * sin, z)
+    })
 }
 
 fn code(direction: DVec3) -> u64 {
@@ -183,12 +184,7 @@ mod tests {
         for partition in [Partition::Patches, Partition::Curve, Partition::Bands] {
             let nodes = Nodes::new(partition, 24);
             let mut counts = [0; 24];
-            let place = |k: usize| {
-                let (z, lon) = (1.0 - (2 * k + 1) as f64 / 100_000.0, k as f64 * 2.399_963_229_728_653);
-                let r = (1.0 - z * z).sqrt();
-                DVec3::new(r * lon.cos(), r * lon.sin(), z)
-            };
-            (0..100_000).for_each(|k| counts[nodes.of(place(k))] += 1);
+            lattice(100_000).for_each(|place| counts[nodes.of(place)] += 1);
             assert!(counts.iter().all(|count| (3_300..5_000).contains(count)), "{partition:?}: {counts:?}");
         }
     }

@@ -2,7 +2,7 @@
 
 use super::wire::{decode_next, encode};
 use super::{RankMessages, Ranks, TileCosts};
-use crate::raster::Raster;
+use crate::raster::{Raster, Tiling};
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_kernel::Counts;
 use std::collections::BTreeMap;
@@ -73,6 +73,9 @@ impl ReceivedFragments {
         let mut costs = TileCosts::new(raster);
         for bytes in mates.iter().filter_map(|mate| self.0.get(mate)) {
             for (tile, seconds) in decode_next::<Head>(&mut &bytes[..])? {
+                if tile >= raster.tiles() {
+                    return Err(Error::new(ErrorKind::Mpi, format!("seconds of a tile {tile} of {}", raster.tiles())));
+                }
                 costs.set(tile, seconds.into());
             }
         }
