@@ -10,11 +10,17 @@ pub struct Radiance<T> {
     pub color: [T; 3],
     /// The part of the light from behind that is absorbed, 0 to 1.
     pub alpha: T,
-    /// Largest error of a channel of `color`, without rounding.
+    /// Largest error of a channel of `color`, without rounding and shades.
     pub error: T,
-    /// Variance of `color` and `absorbed` due to rounding, as if each piece were rounded independently.
+    /// Variance of `color` and `alpha` due to rounding and the errors of shades, as if each piece had its own; that of
+    /// a shade is `1/DEVIATIONS` of its error.
     pub variance: T,
 }
+
+/// Number of standard deviations of [`Radiance::variance`] in the error of a pixel. The standard deviation of a
+/// rounding is replaced by its largest size, which is 1.7 times larger. With 4 of them, 3 of 830,000 pixels of random
+/// unlit scenes in single precision were farther off than their error, by at most 1.2 times.
+pub const DEVIATIONS: f64 = 5.0;
 
 impl<T: Real> Radiance<T> {
     /// No light, nothing absorbed.

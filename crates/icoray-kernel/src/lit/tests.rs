@@ -28,7 +28,7 @@ impl Case {
             interpolant: &self.interpolant,
             gradient_size: 0.0,
         };
-        lit.light(&self.piece, [0.0, 1.0], cuts, spare(&Radiance::none(), color_tolerance))
+        lit.light(&self.piece, [0.0, 1.0], cuts, &Radiance::none())
     }
 
     /// The error of `light`, and its bound.
@@ -254,7 +254,7 @@ fn in_single(case: &Case) -> Radiance<f32> {
     let (span, method) = (spans.span(1), Method::Exact);
     let lit =
         Lit { method, allowance: &allowance, shading: &shading, span, interpolant: &interpolant, gradient_size: 0.0 };
-    lit.light(&piece, [0.0, 1.0], 0, 0.0)
+    lit.light(&piece, [0.0, 1.0], 0, &Radiance::none())
 }
 
 #[test]

@@ -7,6 +7,7 @@ use super::medium::{Medium, number};
 use super::part::{Part, all};
 use super::read::{Course, FAR, Vertices};
 use super::turn::{Spread, Turns, Vectors};
+use crate::light::DEVIATIONS;
 use crate::lit::{ADVANCE, HALVINGS_ALONG, HALVINGS_AT_START};
 use crate::shade::RayShading;
 use fearless_simd::prelude::*;
@@ -268,15 +269,16 @@ impl<V: Machine> Change<V> {
     }
 }
 
-/// Shade of a piece: factors for its colour and for its change along the piece, the highlight, and the error of all per
-/// absorbed light.
+/// Shade of a piece: factors for its colour and for its change along the piece, the highlight, and their errors per
+/// absorbed light ([`MeanShade`](crate::shade::MeanShade)).
 pub(super) struct Shade<V: Machine> {
     pub body: Floats<V>,
     pub tilt: Floats<V>,
     pub highlight: Floats<V>,
     pub off: Floats<V>,
-    /// Standard deviation of the shade.
-    pub deviation: Floats<V>,
+    pub rounding: Floats<V>,
+    /// Variance of the shade by rounding of the gradients.
+    pub variance: Floats<V>,
 }
 
 impl<V: Machine> Lit<V> {
@@ -303,12 +305,15 @@ impl<V: Machine> Lit<V> {
         let (highlight, faint) = self.mean_highlight(simd, common, &turn);
         let most = colors.brightest * common.diffuse + common.specular;
         // A mean cosine has an error of two last digits, and its power that times the exponent.
-        let rounded = (colors.brightest * body).mul_add(4.0, highlight * (3.0 * common.sharpness));
-        let off = rounded.mul_add(0.5 * f32::EPSILON, dim + faint);
+        let error = (colors.brightest * body).mul_add(4.0, highlight * (3.0 * common.sharpness));
         // As `RayShading::deviation_of`.
         let [rounded, turned] = common.deviations;
-        let deviation = ((course.size / turn.size).max(1.0) * turned + rounded).min(common.diffuse + common.specular);
-        Shade { body, tilt, highlight, off: turn.is_wild.select(most, off), deviation }
+        let turned = (course.size / turn.size).max(1.0) * turned;
+        let deviation = (turned + rounded).min(common.diffuse + common.specular);
+        // The parts of a piece that is cut share the rounding of the gradients at the vertices.
+        let variance = deviation * deviation / self.fraction;
+        let off = turn.is_wild.select(most, dim + faint);
+        Shade { body, tilt, highlight, off, rounding: error * (0.5 * f32::EPSILON), variance }
     }
 
     /// Factor for the colour, factor for the colour's change, and the error of both.
@@ -396,21 +401,23 @@ impl<V: Machine> Shade<V> {
             let added = rise.mul_add(piece.medium.color_slope[k], self.highlight);
             light.color[k] = light.color[k].mul_add(self.body, light.alpha * added);
         }
-        light.error = light.error.mul_add(self.body, light.alpha * self.off);
-        let deviation = light.alpha * self.deviation;
+        light.error = light.error.mul_add(self.body, light.alpha * self.rounding);
+        let off = self.off * (1.0 / DEVIATIONS as f32);
         let scale = self.body.max(all(simd, 1.0));
-        light.variance = light.variance * scale * scale + deviation * deviation;
+        let own = off.mul_add(off, self.variance);
+        light.variance = (light.variance * scale).mul_add(scale, light.alpha * light.alpha * own);
     }
 
-    /// Lanes whose rays cannot afford the error of their pieces, as [`is_affordable`](crate::lit::is_affordable) and
-    /// [`spare`](crate::lit::spare).
+    /// Lanes whose rays cannot afford the error of their pieces, as [`is_affordable`](crate::lit::is_affordable).
     #[inline(always)]
     pub fn too_far(&self, simd: V, lanes: &Lanes<V>, piece: &Piece<'_, V>, color_tolerance: f32) -> Mask<V> {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
-        let earned = ((lanes.alpha + ADVANCE as f32) * color_tolerance - lanes.error).max(zero);
-        let through = (one - lanes.alpha).max(f32::MIN_POSITIVE);
         let depth = piece.part.length * piece.ends[0].max(piece.ends[1]);
-        // Multiplied by the transmittance, which saves the division.
-        ((self.off - color_tolerance) * depth.min(one) * through).simd_gt(earned)
+        let share = depth.min(one) * (one - lanes.alpha);
+        let earned = (lanes.alpha + share + ADVANCE as f32) * color_tolerance - lanes.error;
+        let allowed = (earned - share * self.rounding).max(zero);
+        let shade = share * self.off;
+        let spread = lanes.variance.mul_add((DEVIATIONS * DEVIATIONS) as f32, shade * shade);
+        (self.off + self.rounding).simd_gt(color_tolerance) & spread.simd_gt(allowed * allowed)
     }
 }
