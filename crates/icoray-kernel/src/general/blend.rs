@@ -215,17 +215,18 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             let rounded = self.rounding(&nodes, mean.spread);
             // In dense panels the centre of the light is less certain.
             let shade_off = if depth <= THIN { shade_off } else { 3.0 * shade_off };
-            let color_off = mean.off + rounding;
-            let off = color_off + shade_off;
+            let off = mean.off + shade_off + rounding;
+            // Under light, the errors of panels are estimates that are added as independent ones.
+            let (shared, own) = if self.shading.is_some() { (rounding, mean.off + shade_off) } else { (off, 0.0) };
             let is_affordable = match self.shading {
-                Some(_) => is_affordable(light, absorbed, [color_off, shade_off], self.color_tolerance),
+                Some(_) => is_affordable(light, absorbed, [shared, own], self.color_tolerance),
                 None => off <= self.color_tolerance,
             };
             if is_affordable || off <= rounded || !may_halve(halvings, (last.u - from) / (to - from)) {
                 moved += light.transmittance() * absorbed * rounded.hypot(deviation);
-                let variance = (absorbed * shade_off / DEVIATIONS).powi(2);
+                let variance = (absorbed * own / DEVIATIONS).powi(2);
                 let plain = Radiance::plain(mean.color, absorbed);
-                light.over(&Radiance { error: absorbed * color_off, variance, ..plain });
+                light.over(&Radiance { error: absorbed * shared, variance, ..plain });
                 if light.transmittance() <= self.min_transmittance {
                     break;
                 }

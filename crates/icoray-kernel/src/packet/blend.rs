@@ -156,7 +156,7 @@ fn changes<V: Machine>(simd: V, colors: &[[Floats<V>; 3]; 3], brightest: Floats<
 /// The light of all volumes on the pieces.
 pub(super) struct Blend<V: Machine> {
     pub light: Light<V>,
-    /// Errors of the colour and of the shade per absorbed light.
+    /// Errors of the colour per absorbed light: that which adds up along a ray, and that which is independent.
     off: [Floats<V>; 2],
     /// Lanes in which these are no more than its rounding error.
     is_rounding: Mask<V>,
@@ -208,22 +208,23 @@ impl<V: Machine> Blend<V> {
         // Errors of extinctions change the mixture of colours.
         let rounded = spread.mul_add((thickened / depth.max(f32::MIN_POSITIVE)).min(one), rounded);
         let [shade_off, shade_rounding, variance] = of_shades;
-        let off = off + shade_rounding;
         // In dense pieces the centre of the light is less certain.
         let shade_off = shade_off * depth.simd_le(THIN as f32).select(one, all(simd, 3.0));
+        // Under light, the errors of pieces are estimates that are added as independent ones.
+        let (shared, own) = if lighting.is_some() { (shade_rounding, off + shade_off) } else { (off, zero) };
         let off_by = thickened.mul_add(through[1], absorbed * (rounded + 0.5 * f32::EPSILON)).min(one);
-        let of_shade = shade_off * (1.0 / DEVIATIONS as f32);
-        let shaded = of_shade.mul_add(of_shade, variance);
+        let deviation = own * (1.0 / DEVIATIONS as f32);
+        let independent = deviation.mul_add(deviation, variance);
         let light = Light {
             color: color.map_inline(|c| c * absorbed),
             alpha: absorbed,
-            error: absorbed * off,
-            variance: off_by.mul_add(off_by, absorbed * absorbed * shaded),
+            error: absorbed * shared,
+            variance: off_by.mul_add(off_by, absorbed * absorbed * independent),
         };
-        let shade_off = if is_coarse { zero } else { shade_off };
+        let own = if is_coarse { off.min(own) } else { own };
         // A NaN depth absorbs nothing, and shorter pieces do not reduce rounding errors.
-        let is_rounding = (off + shade_off).simd_le(rounded);
-        Blend { light, off: [off, shade_off], is_rounding, is_lit: lighting.is_some(), absorbs: depth.simd_gt(0.0) }
+        let is_rounding = (shared + own).simd_le(rounded);
+        Blend { light, off: [shared, own], is_rounding, is_lit: lighting.is_some(), absorbs: depth.simd_gt(0.0) }
     }
 
     /// Lanes whose rays cannot afford the error of their pieces, as [`is_affordable`](crate::lit::is_affordable).
@@ -231,15 +232,15 @@ impl<V: Machine> Blend<V> {
     pub fn is_far(&self, simd: V, lanes: &Lanes<V>, color_tolerance: f32) -> Mask<V> {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
         let color_tolerance = color_tolerance.max(LEAST_TOLERANCE);
-        let [of_color, of_shade] = self.off;
+        let [shared, own] = self.off;
         let share = self.light.alpha * (one - lanes.alpha);
         let earned = (lanes.alpha + share + ADVANCE as f32) * color_tolerance - lanes.error;
-        let allowed = earned - share * of_color;
+        let allowed = earned - share * shared;
         // The errors of unlit rays have no variance but rounding, which shorter pieces do not reduce.
         let before = if self.is_lit { lanes.variance * (DEVIATIONS * DEVIATIONS) as f32 } else { zero };
-        let shade = share * of_shade;
-        let is_dear = allowed.simd_lt(0.0) | shade.mul_add(shade, before).simd_gt(allowed * allowed);
-        (of_color + of_shade).simd_gt(color_tolerance) & is_dear & !self.is_rounding & self.absorbs
+        let own_share = share * own;
+        let is_dear = allowed.simd_lt(0.0) | own_share.mul_add(own_share, before).simd_gt(allowed * allowed);
+        (shared + own).simd_gt(color_tolerance) & is_dear & !self.is_rounding & self.absorbs
     }
 }
 
