@@ -9,6 +9,9 @@ struct Radiance {
     variance: f32,
 }
 
+// Number of standard deviations in the error of a pixel.
+const DEVIATIONS: f32 = 5.0;
+
 fn radiance_none() -> Radiance {
     return Radiance(vec3f(0.0), 0.0, 0.0, 0.0);
 }

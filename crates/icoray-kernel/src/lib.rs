@@ -46,7 +46,6 @@ pub use budget::{Budget, FAINTEST};
 pub use counts::Counts;
 pub use deviation::Deviations;
 pub use fragment::Fragment;
-pub use light::DEVIATIONS;
 pub use packet::{PacketScene, beyond_gathers};
 pub use scene_tracer::{SceneTracer, passages};
 pub use trace::{FragmentReport, PrimaryRay, Report, Tracer};

@@ -17,7 +17,7 @@ pub struct Radiance<T> {
     pub variance: T,
 }
 
-/// Number of standard deviations of [`Radiance::variance`] in the error of a pixel. The standard deviation of a
+/// Number of standard deviations in the error of a pixel. The standard deviation of a
 /// rounding is replaced by its largest size, which is 1.7 times larger. With 4 of them, 3 of 830,000 pixels of random
 /// unlit scenes in single precision were farther off than their error, by at most 1.2 times.
 pub const DEVIATIONS: f64 = 5.0;
@@ -44,6 +44,12 @@ impl<T: Real> Radiance<T> {
             error: self.error.wide(),
             variance: self.variance.wide(),
         }
+    }
+
+    /// The largest error of a channel, with that of shades and rounding.
+    #[inline]
+    pub fn total_error(&self) -> T {
+        self.error + T::of(DEVIATIONS) * self.variance.sqrt()
     }
 
     /// The fraction of the light from behind that passes, 0 to 1.

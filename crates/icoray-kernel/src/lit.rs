@@ -107,18 +107,18 @@ pub fn shaded<T: Real>(
     shading.apply(light, mean, [*r * rise, *g * rise, *b * rise], deviation)
 }
 
-/// Whether a piece that absorbs `absorbed` of the light that reaches it need not be cut. `off` are the errors of its
-/// colour and of its shade, per absorbed light: either they are within `color_tolerance`, or the ray, whose light is
-/// `before`, stays with them within that tolerance of its light and the [advance](ADVANCE), for any order of its hard
-/// pieces.
+/// Whether a piece that absorbs at most `absorbed` of the light that reaches it need not be cut. `off` are its errors
+/// per absorbed light: those that add up along a ray, and those that are independent. Either they are within
+/// `color_tolerance`, or the errors of the ray, which has the light `before` it, stay with them within that tolerance of
+/// this light and the [advance](ADVANCE), for any order of its hard pieces.
 #[inline(always)]
 pub fn is_affordable<T: Real>(before: &Radiance<T>, absorbed: T, off: [T; 2], color_tolerance: T) -> bool {
     let share = absorbed * before.transmittance();
-    let [of_color, of_shade] = off;
-    let allowed = color_tolerance * (before.alpha + share + T::of(ADVANCE)) - before.error - share * of_color;
-    let shade = share * of_shade;
-    let spread = shade * shade + T::of(DEVIATIONS * DEVIATIONS) * before.variance;
-    of_color + of_shade <= color_tolerance || (allowed >= T::zero() && spread <= allowed * allowed)
+    let [shared, own] = off;
+    let allowed = color_tolerance * (before.alpha + T::of(ADVANCE)) - before.error - share * shared;
+    let own_share = share * own;
+    let spread = own_share * own_share + T::of(DEVIATIONS * DEVIATIONS) * before.variance;
+    shared + own <= color_tolerance || (allowed >= T::zero() && spread <= allowed * allowed)
 }
 
 /// Fraction of the tolerance of all colours that the first pieces of a ray may spend in advance.

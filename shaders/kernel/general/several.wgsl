@@ -119,23 +119,23 @@ struct VolumeSums {
     length: f32,
     // Rounding errors of colours and of the optical depth.
     rounds: vec2f,
-    // Absorbed light, and the error of shades times that.
+    // Absorbed light, and the errors of shades (as in ShadedColors) times that.
     absorbed: f32,
-    shade_off: f32,
-    // Standard deviation of shades times that.
-    deviation: f32,
+    shade_off: vec3f,
 }
 
-// The light of all volumes on their pieces, which are `range` of the frustum.
-fn volumes_blend(shading: RayShading, range: vec2f) -> Blend {
-    var sums = VolumeSums(mixture_none(), 0.0, 0.0, vec3f(0.0), 0.0, vec2f(0.0), 0.0, 0.0, 0.0);
+// The light of all volumes on their pieces, which are `range` of the frustum and this fraction of pieces between knots.
+fn volumes_blend(shading: RayShading, range: vec2f, fraction: f32) -> Blend {
+    var sums = VolumeSums(mixture_none(), 0.0, 0.0, vec3f(0.0), 0.0, vec2f(0.0), 0.0, vec3f(0.0));
 #volume     volume_add(VOLUMEu, &sums);
     let through = 1.0 - vec2f(absorbed_by(sums.front), absorbed_by(sums.depth));
     if IS_LIT {
         let unseen = unseen_of(sums.rates, through, sums.length, absorbed_by(sums.depth));
 #volume         volume_add_lit(VOLUMEu, &sums, shading, through, unseen, range);
     }
-    let shade = vec2f(sums.shade_off, sums.deviation) / max(sums.absorbed, LEAST);
+    var shade = sums.shade_off / max(sums.absorbed, LEAST);
+    // The parts of a piece share the rounding of the gradients at the vertices.
+    shade.z /= sqrt(fraction);
     return blend_of(sums.mixture, sums.depth, through, sums.rounds, shade);
 }
 
@@ -178,7 +178,6 @@ fn volume_add_lit(
     );
     let lit = volume_shade(shading, piece, depths.extinction, volume_colors(piece), through, unseen, at, course.size);
     (*sums).shade_off += lit.absorbed * lit.off;
-    (*sums).deviation += lit.absorbed * lit.deviation;
     (*sums).absorbed += lit.absorbed;
     (*sums).mixture = mixture_and((*sums).mixture, depths, lit.color, piece.extinction);
 }
@@ -208,7 +207,7 @@ fn volumes_light(ray: ptr<function, Ray>, light: ptr<function, Radiance>, own: F
         let upto = cut * fraction;
 #volume         volume_end_at(VOLUMEu, upto);
         let to = from_ + upto * (part.to - from_);
-        let blend = volumes_blend((*ray).shading, vec2f(from_, to));
+        let blend = volumes_blend((*ray).shading, vec2f(from_, to), fraction);
         if blend_is_far(blend, *light) && fraction > LEAST_FRACTION && to - from_ > LEAST_PART && may_halve(halvings, to) {
             halvings++;
             fraction *= 0.5;

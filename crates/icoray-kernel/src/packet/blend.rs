@@ -234,7 +234,7 @@ impl<V: Machine> Blend<V> {
         let color_tolerance = color_tolerance.max(LEAST_TOLERANCE);
         let [shared, own] = self.off;
         let share = self.light.alpha * (one - lanes.alpha);
-        let earned = (lanes.alpha + share + ADVANCE as f32) * color_tolerance - lanes.error;
+        let earned = (lanes.alpha + ADVANCE as f32) * color_tolerance - lanes.error;
         let allowed = earned - share * shared;
         // The errors of unlit rays have no variance but rounding, which shorter pieces do not reduce.
         let before = if self.is_lit { lanes.variance * (DEVIATIONS * DEVIATIONS) as f32 } else { zero };

@@ -414,7 +414,7 @@ impl<V: Machine> Shade<V> {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
         let depth = piece.part.length * piece.ends[0].max(piece.ends[1]);
         let share = depth.min(one) * (one - lanes.alpha);
-        let earned = (lanes.alpha + share + ADVANCE as f32) * color_tolerance - lanes.error;
+        let earned = (lanes.alpha + ADVANCE as f32) * color_tolerance - lanes.error;
         let allowed = (earned - share * self.rounding).max(zero);
         let shade = share * self.off;
         let spread = lanes.variance.mul_add((DEVIATIONS * DEVIATIONS) as f32, shade * shade);

@@ -16,7 +16,7 @@ use icoray_kernel::general::PaintedPlace;
 use icoray_kernel::ground::Ground;
 use icoray_kernel::piece::Radiance;
 use icoray_kernel::signature::BoundarySignature;
-use icoray_kernel::{Budget, Counts, DEVIATIONS, PrimaryRay, Tracer};
+use icoray_kernel::{Budget, Counts, PrimaryRay, Tracer};
 use icoray_output::Certainty;
 use icoray_scene::{Lights, Method, Precision, Quality, Scene};
 use rayon::prelude::*;
@@ -244,11 +244,10 @@ pub(super) fn background_blend(scene: &Scene, brightest: f64, met: Option<Radian
             [r, g, b, 1.0]
         }
     };
-    let deviations = DEVIATIONS * light.variance.sqrt();
     let geometry = GEOMETRY + if scene.precision == Precision::F32 { f64::from(f32::EPSILON) / 2.0 } else { 0.0 };
     // The picture itself is in f32.
     let stored = color.iter().fold(0.0f64, |most, c| most.max(*c)) * f64::from(f32::EPSILON) / 2.0;
-    let error = if met.is_some() { light.error + deviations + stored + geometry } else { 0.0 };
+    let error = if met.is_some() { light.total_error() + stored + geometry } else { 0.0 };
     let error = error.min(brightest.max(1.0)) as f32;
     Pixel { color: color.map_inline(|c| c as f32), error, surfaces: BoundarySignature::default() }
 }
