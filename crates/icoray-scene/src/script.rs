@@ -8,20 +8,17 @@ mod condition;
 mod motion;
 mod path;
 mod schedule;
-mod summary;
 mod sweep;
 
-pub use condition::{Condition, Statistic};
+pub use condition::{Condition, Statistic, Summary};
 pub(crate) use motion::{Clock, Motion, Orbit};
 pub(crate) use path::{Path, PathError, PathKey};
 pub(crate) use schedule::Schedule;
-pub use summary::Summary;
 pub(crate) use sweep::{Axis, CameraPlace, Sweep};
 
 use crate::Heights;
-use crate::name::{NameTemplate, Stamp};
+use crate::name::{Cinema, Concat, NameTemplate, Series, Stamp};
 use crate::scene::Scene;
-use crate::series::{Cinema, Concat, Series};
 use crate::template::Template;
 use icoray_grid::{Error, ErrorKind, Result};
 
@@ -165,40 +162,12 @@ impl Script {
         views.filter(|view| is_2d(view.scene.field())).for_each(|view| view.scene.show_as_surface());
     }
 
-    /// The views whose turn the step is but for their conditions. `before` is the step that was offered before it, and
-    /// `None` for a run's first one: see [`Script::due`].
-    pub fn scheduled<'s>(&'s self, now: &Stamp, before: Option<&Stamp>) -> impl Iterator<Item = &'s View> {
-        self.views.iter().filter(move |view| view.schedule.is_due(now, before))
-    }
-
-    /// The pictures that are due at a step, view by view. Every step of a run is offered, `before` being the one
+    /// The views whose turn the step is but for their conditions. Every step of a run is offered, `before` being the one
     /// offered before it. Where there is none, times of `at_times` before `now` are drawn if `now` is step 1 or
     /// earlier; a run that begins later goes on with another one, which drew them, but for what the one step to
     /// `now` has reached.
-    ///
-    /// `statistic` is asked for fields of [`Condition::field`]; `None` says that all values are missing, and no
-    /// condition on them holds. It is not asked where no scheduled view has a condition.
-    ///
-    /// # Errors
-    /// Those that `statistic` returns.
-    pub fn due(
-        &self,
-        now: &Stamp,
-        before: Option<&Stamp>,
-        statistic: &mut dyn FnMut(&str, Statistic) -> Result<Option<f64>>,
-    ) -> Result<Vec<Shot>> {
-        let mut shots = Vec::new();
-        for view in self.scheduled(now, before) {
-            if view.holds(statistic)? {
-                shots.extend(view.shots(now));
-            }
-        }
-        Ok(shots)
-    }
-
-    /// Whether anything may be due at a step, from its number alone.
-    pub fn may_be_due(&self, step: i64) -> bool {
-        self.views.iter().any(|view| view.schedule.may_be_due(step))
+    pub fn scheduled<'s>(&'s self, now: &Stamp, before: Option<&Stamp>) -> impl Iterator<Item = &'s View> {
+        self.views.iter().filter(move |view| view.schedule.is_due(now, before))
     }
 
     /// The names of the model's fields that any picture or condition needs, each once.
@@ -248,7 +217,8 @@ impl View {
         &self.conditions
     }
 
-    /// Whether all conditions hold.
+    /// Whether all conditions hold. `statistic` is asked for fields of [`Condition::field`], as long as the conditions
+    /// before hold; `None` says that all values are missing, and no condition on them holds.
     ///
     /// # Errors
     /// Those that `statistic` returns.

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::coloring::ColorRange;
+use crate::coloring::Scale;
 use crate::labels::LabelPlace;
-use crate::scale::Scale;
 use crate::transfer::TransferFunction;
 
 mod defaults;
@@ -26,6 +26,11 @@ pub(super) fn assert_says(error: &Error, words: &str, text: &str) {
 
 fn parsed(text: &str) -> Scene {
     Scene::parse(text).unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+/// The scene with all of its colour maps over a range.
+fn over(scene: &Scene, range: [f64; 2]) -> Scene {
+    scene.over_each(|_, _| Ok(Some(range))).unwrap().unwrap()
 }
 
 /// Each text is refused with an error that has all of its words.
@@ -197,15 +202,6 @@ fn ranks_share_a_picture_in_one_of_two_ways() {
 }
 
 #[test]
-fn every_which_step_is_drawn() {
-    assert!((-3..9).all(|step| with("").unwrap().is_due(step)));
-    let scene = with("every = 4").unwrap();
-    let due: Vec<i64> = (-9..10).filter(|step| scene.is_due(*step)).collect();
-    assert_eq!(due, [-8, -4, 0, 4, 8]);
-    assert!(!scene.is_due(i64::MAX) && scene.is_due(i64::MIN));
-}
-
-#[test]
 fn a_scene_selects_the_scale_of_colours() {
     let with = |lines: &str| {
         Scene::parse(&GOOD.replacen("range = [250, 400]", lines, 1)).unwrap().volumes[0].coloring.clone().unwrap()
@@ -231,7 +227,7 @@ fn opacities_are_of_values_or_of_the_range() {
     let extinction = |range: &str, more: &str| {
         let text = GOOD.replacen("range = [250, 400]", &format!("range = {range}\n{more}"), 1);
         let scene = Scene::parse(&text.replacen("[[300, 0.0], [350, 0.8]]", "[[0.25, 0.0], [0.5, 0.8]]", 1)).unwrap();
-        scene.over([200.0, 400.0]).volumes[0].transfer.range()[0]
+        over(&scene, [200.0, 400.0]).volumes[0].transfer.range()[0]
     };
     assert_eq!(extinction("[1, 2]", ""), 0.25);
     assert_eq!(extinction("[1, 2]", "opacity_in = \"range\""), 250.0);
