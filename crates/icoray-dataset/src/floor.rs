@@ -119,12 +119,6 @@ fn levels(sources: &Sources, name: &str, columns: usize) -> Result<Option<Vec<us
 
 /// The maximum number of levels of a column.
 fn max_levels(sources: &Sources) -> Result<usize> {
-    for name in ["nVertLevels", "nz"] {
-        for source in sources.all() {
-            if let Some(levels) = source.dimension_len(name)? {
-                return Ok(levels);
-            }
-        }
-    }
-    Ok(usize::MAX)
+    let levels = sources.dimension_len("nVertLevels")?.or(sources.dimension_len("nz")?);
+    Ok(levels.unwrap_or(usize::MAX))
 }

@@ -120,10 +120,6 @@ impl Source for Raster {
         Ok(picked(&read, (0..outer).flat_map(|block| kept.clone().map(move |i| block * there * inner + i))))
     }
 
-    fn integers(&self, variable: &Variable) -> Result<Vec<i32>> {
-        self.source.integers(self.source.expect(&variable.name)?)
-    }
-
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
         self.source.text_rows(variable, rows)
     }
@@ -171,10 +167,6 @@ mod tests {
                 places = places.into_iter().flat_map(along).collect();
             }
             Ok(OwnedReals::F64(places.into_iter().map(|place| place as f64).collect()))
-        }
-
-        fn integers(&self, _: &Variable) -> Result<Vec<i32>> {
-            Ok(Vec::new())
         }
 
         fn text_rows(&self, _: &Variable, _: usize) -> Vec<Option<String>> {

@@ -75,12 +75,12 @@ impl Sources {
 
     /// The first number of a global attribute in any file.
     pub(crate) fn number(&self, attribute: &str) -> Result<Option<f64>> {
-        for source in self.all() {
-            if let Some(number) = source.number(attribute)? {
-                return Ok(Some(number));
-            }
-        }
-        Ok(None)
+        self.all().find_map(|source| source.number(attribute).transpose()).transpose()
+    }
+
+    /// Length of a dimension in the first file that has it.
+    pub(crate) fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
+        self.all().find_map(|source| source.dimension_len(name).transpose()).transpose()
     }
 
     /// Whether a variable has one record for each time of the fields.

@@ -181,19 +181,6 @@ impl Source for ZarrStore {
         })
     }
 
-    fn integers(&self, variable: &Variable) -> Result<Vec<i32>> {
-        let (start, count) = variable.whole();
-        let narrow = |x: f64| {
-            let is_whole = x == x.trunc() && x.abs() <= f64::from(i32::MAX);
-            let context = || format!("variable {variable}: value {x}, expected integers of 32 bits");
-            is_whole.then_some(x as i32).ok_or_else(|| (self as &dyn Source).error(ErrorKind::Io, context()))
-        };
-        match self.reals(variable, &start, &count)? {
-            OwnedReals::F32(values) => values.into_iter().map(|x| narrow(x.into())).collect(),
-            OwnedReals::F64(values) => values.into_iter().map(narrow).collect(),
-        }
-    }
-
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
         let count = rows.min(variable.dimensions[0].len);
         let (start, mut shape) = variable.whole();

@@ -69,10 +69,6 @@ impl Source for MemorySource {
         })
     }
 
-    fn integers(&self, variable: &Variable) -> Result<Vec<i32>> {
-        Ok(widened(&self.made(&variable.name)?.values).into_iter().map(|number| number as i32).collect())
-    }
-
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
         let Ok(MadeVariable { values: Values::Text(text), .. }) = self.made(&variable.name) else {
             panic!("{variable}, expected text")
