@@ -175,8 +175,8 @@ impl Source for Combined {
     }
 
     fn attribute(&self, variable: Option<&str>, name: &str) -> Result<Option<Attribute>> {
-        let is_asked = |source: &&Box<dyn Source>| variable.is_none_or(|name| source.variable(name).is_some());
-        let mut sources = self.sources.iter().filter(is_asked);
+        let is_asked = |source: &&dyn Source| variable.is_none_or(|name| source.variable(name).is_some());
+        let mut sources = self.sources.iter().map(AsRef::as_ref).filter(is_asked);
         sources.find_map(|source| source.attribute(variable, name).transpose()).transpose()
     }
 

@@ -2,8 +2,8 @@
 
 use crate::edges::{EdgesInFiles, Part};
 use crate::mesh::{Mesh, MeshLayout, is_coordinate};
-use crate::options::DatasetOptions;
 use crate::source::{Dimension, Kind, SourceVariable};
+use crate::sources::DatasetOptions;
 use crate::stored::{Decoder, Packing};
 use crate::values::{AssumedMark, ShapedValues};
 use icoray::{Description, Error, ErrorKind, Field, Location, Reals, Result, Shape};

@@ -136,8 +136,8 @@ fn picked(values: &OwnedReals, of: impl Iterator<Item = usize>) -> OwnedReals {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::options::DatasetOptions;
     use crate::source::{Kind, SourceVariable};
+    use crate::sources::DatasetOptions;
 
     /// Variables whose values are their places in memory.
     #[derive(Debug)]

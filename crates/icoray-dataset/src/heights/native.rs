@@ -3,8 +3,8 @@
 use super::thickness::{self, Columns};
 use super::{HeightColumns, ICON_COLUMNS, LayerHeights, expect, is_over_mpas_levels, looked_for, of_axis, sigma};
 use crate::field::{FieldInfo, OwnedField};
-use crate::floor::Floor;
 use crate::mesh::{Mesh, MeshLayout};
+use crate::sea::Floor;
 use crate::source::{Kind, SourceVariable};
 use crate::sources::{IN_ANOTHER_FILE, Sources};
 use icoray::{CenterField, Error, ErrorKind, Field, Grid, Layers, Location, Result, Shape};

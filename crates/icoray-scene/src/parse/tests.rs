@@ -1,8 +1,7 @@
 //! Valid and invalid scene files, and the places to which their errors point.
 
 use super::*;
-use crate::coloring::ColorRange;
-use crate::coloring::Scale;
+use crate::coloring::{ColorRange, Scale};
 use crate::labels::LabelPlace;
 use crate::transfer::TransferFunction;
 

@@ -2,8 +2,7 @@
 
 use super::{Gives, RawTransfer, stops};
 use crate::color::{ColorMap, color_maps};
-use crate::coloring::Scale;
-use crate::coloring::{ColorRange, Coloring, MEANINGLESS, default_extinction};
+use crate::coloring::{ColorRange, Coloring, MEANINGLESS, Scale, default_extinction};
 use crate::keys::{self, Key, Kind, keys, of};
 use crate::parse::hint;
 use crate::parse::text::{Text, shown};
