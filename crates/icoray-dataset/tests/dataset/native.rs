@@ -1,8 +1,7 @@
 //! Native heights: those of each column.
 
-use crate::made::{LAYERS, Made, RECORDS, Values};
+use crate::made::{LAYERS, Made, RECORDS, Values, levels};
 use crate::made_icon::{self, Angles};
-use crate::made_ocean::levels;
 use crate::memory::{expect, open, opened};
 use icoray::{CenterField, ErrorKind, Field, Location, Reals, Shape};
 use icoray_dataset::{Dataset, NativeHeights};

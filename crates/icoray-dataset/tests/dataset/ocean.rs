@@ -1,7 +1,6 @@
 //! MPAS-Ocean's files: layers from depths or thicknesses, and a sea floor.
 
-use crate::made::{LAYERS, Made, Values};
-use crate::made_ocean::{DEPTH_M, levels};
+use crate::made::{DEPTH_M, LAYERS, Made, Values, levels};
 use crate::memory::{expect, open, values};
 use icoray::{CenterField, ErrorKind};
 

@@ -1,8 +1,7 @@
 //! Fields of one value per column.
 
-use crate::made::{LAYERS, Made, RADIUS_M, RECORDS, Values, value};
+use crate::made::{LAYERS, Made, RADIUS_M, RECORDS, Values, levels, value};
 use crate::made_icon::Angles;
-use crate::made_ocean::levels;
 use crate::memory::{expect, names, open, values};
 use icoray::{Error, ErrorKind, Level, Location, Renderer, Scale, Script, suggest};
 use icoray_dataset::{LayerSelection, SceneFields};
