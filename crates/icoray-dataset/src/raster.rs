@@ -152,10 +152,6 @@ mod tests {
             &self.0
         }
 
-        fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
-            Ok(self.0.iter().flat_map(|v| &v.dimensions).find(|d| d.name == name).map(|d| d.len))
-        }
-
         fn attribute(&self, _: Option<&str>, _: &str) -> Result<Option<Attribute>> {
             Ok(None)
         }

@@ -139,7 +139,10 @@ pub trait Source: fmt::Debug + Send + Sync {
     fn variables(&self) -> &[Variable];
 
     /// Length of a dimension; `None` when there is none of that name.
-    fn dimension_len(&self, name: &str) -> Result<Option<usize>>;
+    fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
+        let mut dimensions = self.variables().iter().flat_map(|variable| &variable.dimensions);
+        Ok(dimensions.find(|dimension| dimension.name == name).map(|dimension| dimension.len))
+    }
 
     /// An attribute of a variable, or of the source itself; `None` when it is absent or of an unsupported type.
     fn attribute(&self, variable: Option<&str>, name: &str) -> Result<Option<Attribute>>;

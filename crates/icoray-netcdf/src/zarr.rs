@@ -141,11 +141,6 @@ impl Source for ZarrStore {
         &self.variables
     }
 
-    fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
-        let mut dimensions = self.variables.iter().flat_map(|variable| &variable.dimensions);
-        Ok(dimensions.find(|dimension| dimension.name == name).map(|dimension| dimension.len))
-    }
-
     fn attribute(&self, variable: Option<&str>, name: &str) -> Result<Option<Attribute>> {
         let Some(variable) = variable else {
             return Ok(self.attributes.get(name).and_then(attribute));

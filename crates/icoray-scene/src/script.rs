@@ -172,17 +172,23 @@ impl Script {
 
     /// The names of the model's fields that any picture or condition needs, each once.
     pub fn model_fields(&self) -> Vec<String> {
-        let mut names: Vec<String> = Vec::new();
-        for view in &self.views {
+        let of_view = |view: &View| {
             let conditions = view.conditions.iter().map(|condition| condition.field().to_owned());
-            for name in view.model_fields().into_iter().chain(conditions) {
-                if !names.contains(&name) {
-                    names.push(name);
-                }
-            }
-        }
-        names
+            view.model_fields().into_iter().chain(conditions).collect::<Vec<String>>()
+        };
+        each_once(self.views.iter().flat_map(of_view))
     }
+}
+
+/// The names, each once.
+fn each_once(names: impl Iterator<Item = String>) -> Vec<String> {
+    let mut once = Vec::new();
+    for name in names {
+        if !once.contains(&name) {
+            once.push(name);
+        }
+    }
+    once
 }
 
 impl From<Scene> for Script {
@@ -261,22 +267,16 @@ impl View {
 
     /// The names of the model's fields that its pictures need, each once.
     pub fn model_fields(&self) -> Vec<String> {
-        let mut names: Vec<String> = Vec::new();
-        for scene in self.scenes() {
-            for name in scene.model_fields() {
-                if !names.iter().any(|known| known == name) {
-                    names.push(name.to_owned());
-                }
-            }
-        }
-        names
+        let of_scene = |scene: Scene| scene.model_fields().into_iter().map(str::to_owned).collect::<Vec<String>>();
+        each_once(self.scenes().flat_map(of_scene))
     }
 
     /// Puts the values of a combination into the files' names.
     fn name_files(&self, scene: &mut Scene, numbers: &[usize]) {
         let named = self.name.iter().map(|name| ("view", name.clone()));
-        let values: Vec<_> = named.clone().chain(self.sweep.values(numbers)).collect();
-        let parameters = named.chain(self.sweep.cells(numbers)).collect();
+        let values: Vec<_> = named.clone().chain(self.sweep.values(numbers, |value| value.to_string())).collect();
+        // With a point in all numbers, so that those of a list are of one type.
+        let parameters = named.chain(self.sweep.values(numbers, |value| format!("{value:?}"))).collect();
         let field = [("field", scene.field().to_owned())];
         let output = &mut scene.output;
         output.file = output.file.with(&values);

@@ -53,25 +53,3 @@ fn dates_are_those_of_the_file() {
     made.last().attributes = vec![("units", "months since 2000-01-01".into())];
     assert_eq!(dates(&made), vec![None; RECORDS]);
 }
-
-/// CF's packed integers, as converters write them to save space.
-#[test]
-fn packed_values_are_unpacked() {
-    let mut made = Made::history();
-    let levels = made.variable("levels");
-    let Values::I32(values) = &mut levels.values else { panic!("levels are integers") };
-    values[1] = -32767;
-    levels.attributes = vec![
-        ("scale_factor", 0.5f64.into()),
-        ("add_offset", 270.0f64.into()),
-        ("_FillValue", (-32767i32).into()),
-        ("units", "K".into()),
-    ];
-    let file = open(&made);
-    let owned = file.read_field("levels", 0).unwrap();
-    assert_eq!(owned.field().unwrap().range(), (Some([273.5, 273.5]), 1));
-    assert_eq!(
-        (owned.values().len(), file.field_info("levels").unwrap().description.units.as_deref()),
-        (42 * LAYERS, Some("K"))
-    );
-}

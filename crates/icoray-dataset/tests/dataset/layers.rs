@@ -254,19 +254,25 @@ fn values_outside_the_valid_range_are_missing() {
     assert_eq!(rho(vec![("valid_min", 0.1f64.into())]), ([f64::from(0.1f32), 167.0], 0));
 }
 
+/// CF's packed integers, as converters write them to save space.
 #[test]
-fn ends_are_of_packed_values_unless_they_are_real() {
+fn packed_values_are_unpacked_and_ends_are_of_these_if_they_are_real() {
     let packed = |valid: Attributes| {
         let mut made = Made::history();
         let levels = made.variable("levels");
         levels.values = Values::I32((0..168).collect());
         levels.attributes = vec![("scale_factor", 0.5f64.into()), ("add_offset", 100.0f64.into())];
         levels.attributes.extend(valid);
-        let owned = open(&made).read_field("levels", 0).unwrap();
+        levels.attributes.push(("units", "K".into()));
+        let file = open(&made);
+        assert_eq!(file.field_info("levels").unwrap().description.units.as_deref(), Some("K"));
+        let owned = file.read_field("levels", 0).unwrap();
+        assert_eq!(owned.values().len(), 168);
         let (range, missing) = owned.field().unwrap().range();
         (range.unwrap(), missing)
     };
     assert_eq!(packed(Vec::new()), ([100.0, 183.5], 0));
+    assert_eq!(packed(vec![("_FillValue", 0i32.into())]), ([100.5, 183.5], 1));
     let stored = Values::I32(vec![10, 19]);
     assert_eq!(packed(vec![("valid_range", stored)]), ([105.0, 109.5], 158));
     assert_eq!(packed(vec![("valid_max", 19i32.into())]), ([100.0, 109.5], 148));

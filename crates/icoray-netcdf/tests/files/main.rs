@@ -14,6 +14,5 @@ mod made_icon;
 #[path = "../../../icoray-dataset/tests/dataset/memory.rs"]
 mod memory;
 mod real;
-mod refused;
 mod written;
 mod zarr;

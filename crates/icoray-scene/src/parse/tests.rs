@@ -77,16 +77,22 @@ fn a_good_scene_is_read() {
 }
 
 #[test]
-fn a_scene_selects_backend_and_device() {
-    let plain = Scene::parse(GOOD).unwrap();
-    assert_eq!((plain.backend, plain.device), (Backend::Auto, None));
-    for (keys, backend, device) in [
-        ("backend = \"cpu\"", Backend::Cpu, None),
-        ("backend = \"gpu\"\ndevice = 2", Backend::Gpu, Some(Adapter::Number(2))),
-        ("device = \"NVIDIA\"", Backend::Auto, Some(Adapter::Name("NVIDIA".into()))),
+fn settings_of_the_renderer_are_read() {
+    let plain = parsed(GOOD);
+    assert_eq!((plain.backend, &plain.device, plain.ranks), (Backend::Auto, &None, Scheme::Auto));
+    let [number, name] = [Adapter::Number(2), Adapter::Name("NVIDIA".into())].map(Some);
+    for (lines, expected) in [
+        ("backend = \"cpu\"", Scene { backend: Backend::Cpu, ..plain.clone() }),
+        ("backend = \"gpu\"\ndevice = 2", Scene { backend: Backend::Gpu, device: number, ..plain.clone() }),
+        ("device = \"NVIDIA\"", Scene { device: name, ..plain.clone() }),
+        ("ranks = \"auto\"", plain.clone()),
+        ("ranks = \"tiles\"", Scene { ranks: Scheme::Tiles, ..plain.clone() }),
+        ("ranks = \"fragments\"", Scene { ranks: Scheme::Fragments, ..plain.clone() }),
+        ("tolerance = 2e-5", Scene { tolerance: 2e-5, ..plain.clone() }),
+        ("samples = 6", Scene { samples: 6, ..plain.clone() }),
+        ("time_budget_ms = 250", Scene { time_budget_ms: Some(250.0), ..plain.clone() }),
     ] {
-        let scene = Scene::parse(&format!("{keys}\n{GOOD}")).unwrap();
-        assert_eq!((scene.backend, scene.device), (backend, device), "{keys}");
+        assert_eq!(with(lines).unwrap(), expected, "{lines}");
     }
 }
 
@@ -148,12 +154,6 @@ fn errors_name_line_and_key() {
 }
 
 #[test]
-fn quality_is_read() {
-    let scene = with("tolerance = 2e-5\nsamples = 6\ntime_budget_ms = 250").unwrap();
-    assert_eq!((scene.tolerance, scene.samples, scene.time_budget_ms), (2e-5, 6, Some(250.0)));
-}
-
-#[test]
 fn a_scene_may_name_either_file_or_none() {
     let output = |lines: &str| {
         let (before, _) = GOOD.split_once("[output]").unwrap();
@@ -187,17 +187,6 @@ knots = [ { value = 0, color = "red", opacity = 0.5 },
     assert!(Scene::parse(&third).unwrap_err().to_string().contains("at most two knots"));
     let both = text.replace("extinction = 2 }", "extinction = 2, opacity = 0.1 }");
     assert!(Scene::parse(&both).unwrap_err().to_string().contains("line 8"));
-}
-
-#[test]
-fn ranks_share_a_picture_in_one_of_two_ways() {
-    assert_eq!(Scene::parse(GOOD).unwrap().ranks, Scheme::Auto);
-    let with = |value: &str| with(&format!("ranks = {value}"));
-    for (value, scheme) in
-        [("\"auto\"", Scheme::Auto), ("\"tiles\"", Scheme::Tiles), ("\"fragments\"", Scheme::Fragments)]
-    {
-        assert_eq!(with(value).unwrap().ranks, scheme);
-    }
 }
 
 #[test]
