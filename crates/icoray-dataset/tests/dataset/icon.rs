@@ -2,7 +2,7 @@
 
 use crate::made::{Made, RECORDS, Values, value};
 use crate::made_icon::{Angles, LAYERS};
-use crate::memory::{direction_of, expect, names, open, open_error, opened, opened_with, values};
+use crate::memory::{direction_of, expect, names, open, open_error, opened, opened_with, spoilt, values};
 use icoray::{CenterField, ErrorKind, Location};
 use icoray_dataset::{Dataset, DatasetOptions, MeshLayout};
 
@@ -122,46 +122,36 @@ fn a_limited_area_has_holes() {
 
 #[test]
 fn triangles_that_are_none_are_named() {
-    let spoilt = |spoil: &dyn Fn(&mut Made)| {
-        let mut made = Made::icon_data(Angles::Degrees);
-        spoil(&mut made);
-        open_error(&made)
-    };
-    let error = spoilt(&|made| {
+    let data = || Made::icon_data(Angles::Degrees);
+    let error = spoilt(data(), |made| {
         made.remove("clat_bnds");
         made.remove("clat");
     });
     expect(&error, ErrorKind::Grid, &["made.nc", "clat_bnds or clat_vertices", "vertex_of_cell"]);
-    let error = spoilt(&|made| {
+    let error = spoilt(data(), |made| {
         let same = made.f64s("clon_bnds")[6];
         made.f64s("clon_bnds")[7] = same;
         let same = made.f64s("clat_bnds")[6];
         made.f64s("clat_bnds")[7] = same;
     });
     expect(&error, ErrorKind::Grid, &["the bounds of triangle 2 are", "expected three different points"]);
-    let error = spoilt(&|made| made.f64s("clat_bnds")[4] = f64::NAN);
+    let error = spoilt(data(), |made| made.f64s("clat_bnds")[4] = f64::NAN);
     expect(&error, ErrorKind::Grid, &["the bounds of triangle 1 are", "NaN"]);
-    let error = spoilt(&|made| made.variable("clat").attributes = vec![("units", "furlong".into())]);
+    let error = spoilt(data(), |made| made.variable("clat").attributes = vec![("units", "furlong".into())]);
     expect(&error, ErrorKind::Grid, &["clat is in \"furlong\", expected radian or degrees"]);
-    let error = spoilt(&|made| {
+    let error = spoilt(data(), |made| {
         made.dimensions.push(("fewer", 79));
         made.variable("clon_bnds").dimensions[0] = "fewer";
         made.f64s("clon_bnds").truncate(3 * 79);
     });
     expect(&error, ErrorKind::Grid, &["clon_bnds(fewer = 79, vertices = 3)", "expected the same dimensions"]);
-    let mut grid = Made::icon_grid();
-    grid.dimensions[2].1 = 4;
-    expect(&open_error(&grid), ErrorKind::Grid, &["vertex_of_cell(nv = 4, cell = 80)", "expected the 3 nodes"]);
-    let mut grid = Made::icon_grid();
-    grid.remove("vlon");
-    expect(&open_error(&grid), ErrorKind::Grid, &["variable vlon is missing", "another file"]);
-    let mut plane = Made::icon_grid();
-    plane.set("grid_geometry", 2);
-    let error = open_error(&plane);
+    let error = spoilt(Made::icon_grid(), |grid| grid.dimensions[2].1 = 4);
+    expect(&error, ErrorKind::Grid, &["vertex_of_cell(nv = 4, cell = 80)", "expected the 3 nodes"]);
+    let error = spoilt(Made::icon_grid(), |grid| grid.remove("vlon"));
+    expect(&error, ErrorKind::Grid, &["variable vlon is missing", "another file"]);
+    let error = spoilt(Made::icon_grid(), |plane| plane.set("grid_geometry", 2));
     expect(&error, ErrorKind::Unsupported, &["grid_geometry is 2", "only meshes on a sphere"]);
-    let mut grid = Made::icon_grid();
-    grid.i32s("vertex_of_cell")[5] = 43;
-    let error = open_error(&grid);
+    let error = spoilt(Made::icon_grid(), |grid| grid.i32s("vertex_of_cell")[5] = 43);
     expect(&error, ErrorKind::Grid, &["made.nc", "vertex_of_cell: node 43 of element 5, expected 1 to 42"]);
 }
 

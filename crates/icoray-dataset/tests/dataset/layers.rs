@@ -186,8 +186,7 @@ fn huge_values_without_an_attribute_are_missing_and_noted() {
         (made.f32s("theta")[9], made.f32s("theta")[17]) = (-1e34, -1e34);
         edit(&mut made);
         let file = open(&made);
-        let owned = file.read_field("theta", 0).unwrap();
-        (owned.field().unwrap().value(2, 1), file.assumed_marks("theta"), notes(&file, "theta"))
+        (values(&file, "theta", 0)(2, 1), file.assumed_marks("theta"), notes(&file, "theta"))
     };
     let (value, marks, notes) = mark(&|_| ());
     assert!(value.is_nan() && marks == [AssumedMark { value: f64::from(-1e34f32), count: 2 }], "{value} {marks:?}");

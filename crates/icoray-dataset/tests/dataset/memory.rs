@@ -128,6 +128,12 @@ pub fn open_error(made: &Made) -> Error {
     opened(made, &[]).unwrap_err()
 }
 
+/// The error of a dataset in which `spoil` has changed something.
+pub fn spoilt(mut made: Made, spoil: impl FnOnce(&mut Made)) -> Error {
+    spoil(&mut made);
+    open_error(&made)
+}
+
 /// The values of a field at a time, by column and layer.
 pub fn values(file: &Dataset, name: &str, time: usize) -> impl Fn(usize, usize) -> f64 + use<> {
     let owned = file.read_field(name, time).unwrap();
