@@ -32,7 +32,6 @@ mod joined;
 mod layering;
 mod likely_fields;
 mod mesh;
-mod radius;
 mod raster;
 mod sample;
 mod scene_fields;

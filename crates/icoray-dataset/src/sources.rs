@@ -7,6 +7,9 @@ use icoray::{Error, ErrorKind, Result};
 pub(crate) const IN_ANOTHER_FILE: &str =
     "what is missing may be in another file, such as the run's init or grid file: give that file as `mesh`";
 
+/// Earth's radius in ICON and DYNAMICO, metres, for files without one.
+pub(crate) const EARTH_M: f64 = 6_371_229.0;
+
 /// Facts that the files of a dataset lack, and entries of dimensions that are neither columns, layers nor time.
 #[derive(Debug, Clone, Default)]
 pub struct DatasetOptions {
@@ -89,6 +92,37 @@ impl Sources {
     /// The first number of a global attribute in any file.
     pub(crate) fn number(&self, attribute: &str) -> Result<Option<f64>> {
         self.all().find_map(|source| source.number(attribute).transpose()).transpose()
+    }
+
+    /// The sphere's radius in metres: that from the user, or of the files, or from positions of cells; else that of the
+    /// Earth.
+    pub(crate) fn sphere_radius_m(&self) -> Result<f64> {
+        if let Some(radius_m) = self.options.radius_m {
+            return Ok(radius_m);
+        }
+        match self.number("sphere_radius")? {
+            Some(r) if r.is_finite() && r > 0.0 => Ok(r),
+            Some(r) => {
+                let context = format!("sphere_radius: {r}, expected a positive number");
+                Err(self.fields().error(ErrorKind::Grid, context))
+            }
+            None => Ok(self.radius_of_positions()?.unwrap_or(EARTH_M)),
+        }
+    }
+
+    /// The distance of the first of MPAS's cells from the centre of the sphere.
+    fn radius_of_positions(&self) -> Result<Option<f64>> {
+        let mut square = 0.0;
+        for name in ["xCell", "yCell", "zCell"] {
+            let Some(SourceVariable { source, variable }) = self.find(name) else { return Ok(None) };
+            let (start, count) = (vec![0; variable.dimensions.len()], vec![1; variable.dimensions.len()]);
+            if !variable.kind.is_real() || variable.dimensions.iter().any(|dimension| dimension.len == 0) {
+                return Ok(None);
+            }
+            square += source.reals(variable, &start, &count)?.as_reals().get(0).powi(2);
+        }
+        // Rounded, so that a unit sphere has radius 1.
+        Ok(Some((1e3 * square.sqrt()).round() / 1e3).filter(|radius| radius.is_finite() && *radius > 0.0))
     }
 
     /// Length of a dimension in the first file that has it.

@@ -1,6 +1,5 @@
 //! Datasets of all conventions, from sources in memory.
 
-mod asked;
 mod columns;
 mod completed;
 mod conventions;

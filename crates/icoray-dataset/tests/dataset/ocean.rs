@@ -35,6 +35,19 @@ fn values_below_the_sea_floor_are_missing() {
 }
 
 #[test]
+fn layers_of_an_ocean_have_its_floor() {
+    let file = open(&Made::ocean());
+    for (name, from) in [("theta", 1), ("w", 2)] {
+        let (all, some) = (file.read_field(name, 0).unwrap(), file.read_layers(name, 0, from..4).unwrap());
+        let (all, some) = (all.field().unwrap(), some.field().unwrap());
+        for (cell, layer) in (0..42).flat_map(|c| (0..4 - from).map(move |l| (c, l))) {
+            let pair = [all.value(cell, layer + from), some.value(cell, layer)];
+            assert_eq!(pair[0].to_bits(), pair[1].to_bits(), "{name} {cell} {layer}");
+        }
+    }
+}
+
+#[test]
 fn ice_shelves_lie_on_top() {
     let mut made = Made::ocean();
     let mut first = vec![1; 42];
