@@ -28,15 +28,9 @@ use icoray_grid::{Error, ErrorKind, Result};
 /// file's own. Tables are merged key by key, arrays are replaced; a key that goes instead of others (`eye` instead of
 /// `lon` and `lat`, `knots` instead of `map`) takes their place.
 ///
-/// - `every`, `at_steps` and `at_times` say at which steps a view is drawn: at those that any of them names, and at all
-///   where none is given. A time, in seconds, is reached by one step: the first one at it or later.
-/// - `when` is a condition on a field, such as `"max(vorticity) > 1e-4"`, or a list of such; all must hold as well.
-/// - `camera.orbit` and `camera.path` move the camera.
-/// - `[sweep]` has lists of `lon`, `lat`, `distance`, `exaggeration` and `field`, and draws their product each time,
-///   the last list the fastest.
-/// - `output.cinema` and `output.concat` name a Cinema database and a list of pictures for ffmpeg, at `output.fps`.
-/// - `async_render` asks a running model to render in the background.
-/// - `[live]` asks a running model for a page on which its pictures are watched ([`Live`]).
+/// Further keys say when a view is drawn (`every`, `at_steps`, `at_times`, `when`), how its camera moves
+/// (`camera.orbit`, `camera.path`), what it sweeps (`[sweep]`), which series of pictures are kept (`output.cinema`,
+/// `output.concat`), and what a running model is asked for (`async_render`, `[live]`).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Script {
     views: Vec<View>,

@@ -9,7 +9,6 @@ mod defaults;
 mod derived;
 mod hints;
 mod lines;
-mod surfaces;
 mod volumes;
 
 /// A camera, for scenes of a few lines.
