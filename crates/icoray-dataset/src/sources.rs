@@ -89,18 +89,14 @@ impl Sources {
         self.all().find_map(|source| source.find(name))
     }
 
-    /// The first number of a global attribute in any file.
-    pub(crate) fn number(&self, attribute: &str) -> Result<Option<f64>> {
-        self.all().find_map(|source| source.number(attribute).transpose()).transpose()
-    }
-
     /// The sphere's radius in metres: that from the user, or of the files, or from positions of cells; else that of the
     /// Earth.
     pub(crate) fn sphere_radius_m(&self) -> Result<f64> {
         if let Some(radius_m) = self.options.radius_m {
             return Ok(radius_m);
         }
-        match self.number("sphere_radius")? {
+        let stated = self.all().find_map(|source| source.number("sphere_radius").transpose()).transpose()?;
+        match stated {
             Some(r) if r.is_finite() && r > 0.0 => Ok(r),
             Some(r) => {
                 let context = format!("sphere_radius: {r}, expected a positive number");

@@ -34,24 +34,19 @@ impl fmt::Display for Statistic {
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Relation {
-    Less,
-    AtMost,
-    Greater,
-    AtLeast,
-}
+/// Whether a value and a limit compare in a way.
+type Relation = fn(&f64, &f64) -> bool;
 
-/// Longer names first, since some begin with a shorter one.
-const RELATIONS: [(&str, Relation); 4] =
-    [("<=", Relation::AtMost), (">=", Relation::AtLeast), ("<", Relation::Less), (">", Relation::Greater)];
+/// Relations by their signs: longer ones first, since some begin with a shorter one.
+const RELATIONS: [(&str, Relation); 4] = [("<=", f64::le), (">=", f64::ge), ("<", f64::lt), (">", f64::gt)];
 
 /// A comparison of a field's statistic with a number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Condition {
     statistic: Statistic,
     field: String,
-    relation: Relation,
+    /// That of a relation.
+    sign: &'static str,
     limit: f64,
 }
 
@@ -76,11 +71,11 @@ impl Condition {
         }
         let rest = inside[close + 1..].trim_start();
         let relation = RELATIONS.iter().find(|(sign, _)| rest.starts_with(sign));
-        let (sign, relation) = relation.ok_or_else(|| unexpected(rest, "<, <=, > or >="))?;
+        let (sign, _) = relation.ok_or_else(|| unexpected(rest, "<, <=, > or >="))?;
         let rest = rest[sign.len()..].trim();
         let limit = rest.parse().ok().filter(|limit: &f64| limit.is_finite());
         let limit = limit.ok_or_else(|| unexpected(&text[text.rfind(rest).unwrap_or(0)..], "a finite number"))?;
-        Ok(Condition { statistic: *statistic, field: field.into(), relation: *relation, limit })
+        Ok(Condition { statistic: *statistic, field: field.into(), sign, limit })
     }
 
     /// Name of the field.
@@ -95,19 +90,14 @@ impl Condition {
 
     /// Whether the condition holds for a statistic of `value`; false for `None`.
     pub fn holds(&self, value: Option<f64>) -> bool {
-        value.is_some_and(|value| match self.relation {
-            Relation::Less => value < self.limit,
-            Relation::AtMost => value <= self.limit,
-            Relation::Greater => value > self.limit,
-            Relation::AtLeast => value >= self.limit,
-        })
+        let relation = RELATIONS.iter().find(|(sign, _)| *sign == self.sign);
+        value.zip(relation).is_some_and(|(value, (_, holds))| holds(&value, &self.limit))
     }
 }
 
 impl fmt::Display for Condition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let sign = RELATIONS.iter().find(|(_, relation)| *relation == self.relation).map_or("", |r| r.0);
-        write!(f, "{}({}) {sign} {}", self.statistic, self.field, self.limit)
+        write!(f, "{}({}) {} {}", self.statistic, self.field, self.sign, self.limit)
     }
 }
 
