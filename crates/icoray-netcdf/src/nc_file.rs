@@ -23,7 +23,8 @@ pub(crate) struct NcFile {
     file: netcdf::File,
     path: PathBuf,
     is_address: bool,
-    classic: Option<ClassicLayout>,
+    /// The places of the variables in a classic file.
+    pub(crate) classic: Option<ClassicLayout>,
     variables: Vec<Variable>,
 }
 
@@ -67,11 +68,6 @@ impl NcFile {
 
     fn error(&self, kind: ErrorKind, context: impl fmt::Display) -> Error {
         (self as &dyn Source).error(kind, context)
-    }
-
-    /// The places of the variables in a classic file.
-    pub(crate) fn classic(&self) -> Option<&ClassicLayout> {
-        self.classic.as_ref()
     }
 
     /// Length of the file, bytes.

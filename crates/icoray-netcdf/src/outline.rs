@@ -28,7 +28,7 @@ impl Outline {
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let source = NcFile::open(path.as_ref())?;
         let times = Times::read(&source)?;
-        let classic = source.classic().cloned();
+        let classic = source.classic.clone();
         let length = if classic.is_some() { source.length()? } else { 0 };
         Ok(Outline { times, classic, length, variables: source.variables().to_vec() })
     }
