@@ -17,13 +17,13 @@ pub(crate) enum Calendar {
     Mixed,
     Gregorian,
     Julian,
-    /// All years have equal length.
-    Equal {
-        february: i64,
-    },
-    /// Every month has 30 days.
-    Days360,
+    /// All years have months of these lengths.
+    Equal([i64; 12]),
 }
+
+/// Lengths of months in years that are never, or always, leap years.
+const NO_LEAP: [i64; 12] = [31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
+const ALL_LEAP: [i64; 12] = [31, 29, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
 
 impl Calendar {
     fn named(name: &str) -> Option<Self> {
@@ -31,9 +31,9 @@ impl Calendar {
             "standard" | "gregorian" => Calendar::Mixed,
             "proleptic_gregorian" => Calendar::Gregorian,
             "julian" => Calendar::Julian,
-            "noleap" | "365_day" => Calendar::Equal { february: 28 },
-            "all_leap" | "366_day" => Calendar::Equal { february: 29 },
-            "360_day" => Calendar::Days360,
+            "noleap" | "365_day" => Calendar::Equal(NO_LEAP),
+            "all_leap" | "366_day" => Calendar::Equal(ALL_LEAP),
+            "360_day" => Calendar::Equal([30; 12]),
             _ => return None,
         })
     }
@@ -45,12 +45,16 @@ impl Calendar {
             Calendar::Julian => JULIAN.day_of(date),
             Calendar::Mixed if GREGORIAN.day_of(date) >= REFORM => GREGORIAN.day_of(date),
             Calendar::Mixed => JULIAN.day_of(date),
-            Calendar::Equal { february } => {
-                let months: i64 = (1..month).map(|m| days_in(m, february)).sum();
-                year * (337 + february) + months + day - 1
+            Calendar::Equal(months) => {
+                let before: i64 = months[..month as usize - 1].iter().sum();
+                year * months.iter().sum::<i64>() + before + day - 1
             }
-            Calendar::Days360 => year * 360 + (month - 1) * 30 + day - 1,
         }
+    }
+
+    /// The second of a date and time, as [`Self::day_of`] counts days.
+    fn second_of(self, [year, month, day, hour, minute, second]: [i64; 6]) -> i64 {
+        self.day_of([year, month, day]) * DAY_S + hour * 3600 + minute * 60 + second
     }
 
     fn date_of(self, days: i64) -> [i64; 3] {
@@ -59,28 +63,16 @@ impl Calendar {
             Calendar::Julian => JULIAN.date_of(days),
             Calendar::Mixed if days >= REFORM => GREGORIAN.date_of(days),
             Calendar::Mixed => JULIAN.date_of(days),
-            Calendar::Equal { february } => {
-                let length = 337 + february;
-                let (mut month, mut day) = (1, days.rem_euclid(length));
-                while day >= days_in(month, february) {
-                    day -= days_in(month, february);
+            Calendar::Equal(months) => {
+                let length: i64 = months.iter().sum();
+                let (mut month, mut day) = (0, days.rem_euclid(length));
+                while day >= months[month] {
+                    day -= months[month];
                     month += 1;
                 }
-                [days.div_euclid(length), month, day + 1]
-            }
-            Calendar::Days360 => {
-                let day = days.rem_euclid(360);
-                [days.div_euclid(360), day / 30 + 1, day % 30 + 1]
+                [days.div_euclid(length), month as i64 + 1, day + 1]
             }
         }
-    }
-}
-
-fn days_in(month: i64, february: i64) -> i64 {
-    match month {
-        2 => february,
-        4 | 6 | 9 | 11 => 30,
-        _ => 31,
     }
 }
 
@@ -145,9 +137,7 @@ impl Clock {
             "seconds" | "second" | "secs" | "sec" | "s" => 1.0,
             _ => return None,
         };
-        let [year, month, day, hour, minute, second] = date_and_time(since)?;
-        let days = calendar.day_of([year, month, day]);
-        let epoch_s = days * DAY_S + hour * 3600 + minute * 60 + second;
+        let epoch_s = calendar.second_of(date_and_time(since)?);
         Some(Clock::Since { calendar, unit_s, epoch_s })
     }
 
@@ -182,9 +172,7 @@ pub(crate) fn seconds_of(date: &str, calendar: &str) -> Option<f64> {
         "360day" => "360_day",
         other => other,
     };
-    let [year, month, day, hour, minute, second] = date_and_time(date)?;
-    let days = Calendar::named(calendar)?.day_of([year, month, day]);
-    Some((days * DAY_S + hour * 3600 + minute * 60 + second) as f64)
+    Some(Calendar::named(calendar)?.second_of(date_and_time(date)?) as f64)
 }
 
 /// Year to second of texts like `1979-01-01 06:00:00.0 UTC`; a zone other than UTC is not supported.

@@ -170,23 +170,14 @@ impl Source for Combined {
     }
 
     fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
-        for source in &self.sources {
-            if let Some(len) = source.dimension_len(name)? {
-                let is_time = name.eq_ignore_ascii_case("time");
-                return Ok(Some(if is_time { self.times.len() } else { len }));
-            }
-        }
-        Ok(None)
+        let found = self.sources.iter().find_map(|source| source.dimension_len(name).transpose()).transpose()?;
+        Ok(found.map(|len| if name.eq_ignore_ascii_case("time") { self.times.len() } else { len }))
     }
 
     fn attribute(&self, variable: Option<&str>, name: &str) -> Result<Option<Attribute>> {
-        for source in &self.sources {
-            let is_asked = variable.is_none_or(|variable| source.variable(variable).is_some());
-            if is_asked && let Some(attribute) = source.attribute(variable, name)? {
-                return Ok(Some(attribute));
-            }
-        }
-        Ok(None)
+        let is_asked = |source: &&dyn Source| variable.is_none_or(|name| source.variable(name).is_some());
+        let mut sources = self.sources.iter().map(AsRef::as_ref).filter(is_asked);
+        sources.find_map(|source| source.attribute(variable, name).transpose()).transpose()
     }
 
     fn reals(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<OwnedReals> {

@@ -7,13 +7,12 @@ use crate::heights::native::{self, NativeHeights, NativeInfo};
 use crate::joined::Joined;
 use crate::likely_fields::likely_fields;
 use crate::mesh::{self, Mesh, MeshLayout};
-use crate::options::DatasetOptions;
+use crate::raster;
 use crate::sea::Sea;
 use crate::source::Source;
-use crate::sources::Sources;
+use crate::sources::{DatasetOptions, Sources};
 use crate::times::Times;
 use crate::values::AssumedMark;
-use crate::{radius, raster};
 use icoray::{ErrorKind, Grid, Layers, Location, Result, did_you_mean};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -75,7 +74,7 @@ impl Dataset {
         let sources = raster::flattened(sources)?;
         let mesh = mesh.map_or_else(|| mesh::read(&sources).map(Arc::new), Ok)?;
         mesh::expect_one_mesh(&sources, &mesh)?;
-        let sphere_radius_m = radius::of(&sources)?;
+        let sphere_radius_m = sources.sphere_radius_m()?;
         let times = Times::read(sources.fields())?;
         let mut fields = fields_of(sources.fields(), &sources, &mesh)?;
         // With one variable per file, those that the file with the mesh lacks are in others of the same times.

@@ -2,8 +2,8 @@
 
 use crate::edges::{EdgesInFiles, Part};
 use crate::mesh::{Mesh, MeshLayout, is_coordinate};
-use crate::options::DatasetOptions;
 use crate::source::{Dimension, Kind, SourceVariable};
+use crate::sources::DatasetOptions;
 use crate::stored::{Decoder, Packing};
 use crate::values::{AssumedMark, ShapedValues};
 use icoray::{Description, Error, ErrorKind, Field, Location, Reals, Result, Shape};
@@ -188,11 +188,6 @@ impl FieldInfo {
         picked.chain([Entry { dimension: &self.layer_dimension, len: self.layers, number: layer }])
     }
 
-    /// Bytes of one time record in memory.
-    pub fn bytes(&self) -> usize {
-        self.columns.saturating_mul(self.layers).saturating_mul(self.precision.bytes())
-    }
-
     /// Whether layers are a faster dimension than columns, as in MPAS's files; columns are the faster one in ICON's.
     pub(crate) fn is_level_fastest(&self) -> bool {
         self.axes.layer.is_none_or(|layer| layer > self.axes.column)
@@ -374,11 +369,6 @@ impl OwnedField {
     pub fn field(&self) -> Result<Field<'_>> {
         Field::new(self.values(), self.values.shape, self.info.location, Some(self.fill))
             .map_err(|e: Error| e.within(&self.info.name))
-    }
-
-    /// Name, location, long name and units of the variable; `layers` are those that were read.
-    pub fn info(&self) -> &FieldInfo {
-        &self.info
     }
 
     /// The array that contains the values, and possibly others; [`OwnedField::field`] has their layout.

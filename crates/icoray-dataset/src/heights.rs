@@ -8,9 +8,8 @@ mod thickness;
 
 use crate::field::FieldInfo;
 use crate::mesh::{Mesh, MeshLayout};
-use crate::radius::EARTH_M;
 use crate::source::{SourceVariable, Variable};
-use crate::sources::{IN_ANOTHER_FILE, Sources};
+use crate::sources::{EARTH_M, IN_ANOTHER_FILE, Sources};
 use crate::standard_atmosphere;
 use icoray::{Error, ErrorKind, Layers, Location, Result};
 

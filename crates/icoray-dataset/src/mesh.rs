@@ -1,13 +1,12 @@
-//! Reads the mesh tables of a file in any of the conventions.
+//! Reads the mesh tables of a file in any of the conventions, and checks that the files of a dataset have one mesh:
+//! another one of the same size would show fields in wrong places.
 
 mod angles;
 mod cf;
 mod columns;
 mod esmf;
 mod healpix;
-mod icon;
 mod mpas;
-mod one_mesh;
 mod points;
 mod polygons;
 mod tables;
@@ -15,11 +14,13 @@ mod triangles;
 pub(crate) mod ugrid;
 
 pub(crate) use columns::{is_angle, is_coordinate};
-pub(crate) use one_mesh::{expect as expect_one_mesh, expect_one_name};
 pub use points::DistinctPoints;
 pub use tables::{Mesh, MeshLayout};
 
+use crate::source::{Source, Variable};
 use crate::sources::{IN_ANOTHER_FILE, Sources};
+use angles::{distance, positions};
+use columns::NAMES;
 use icoray::{ErrorKind, Result};
 
 /// Reads a mesh that was found.
@@ -34,13 +35,13 @@ fn reader(sources: &Sources) -> Result<Option<Reader<'_>>> {
     let columns = columns::find(sources);
     // Without a table of neighbours, columns suffice.
     let is_mpas = mpas::is_in(sources)? && (mpas::has_tables(sources) || columns.is_none());
-    let is_icon = icon::has_triangles(sources) || icon::is_in(sources) && columns.is_none();
+    let is_icon = cf::has_triangles(sources) || cf::has_middles(sources) && columns.is_none();
     let all = [
         ugrid::find(sources)?.map(|found| boxed(move || Ok(ugrid::read(sources, &found)?.with_format("UGRID")))),
         esmf::find(sources).map(|found| boxed(move || Ok(esmf::read(sources, found)?.with_format("ESMF")))),
         triangles::find(sources).map(|found| boxed(move || triangles::read(found))),
         is_mpas.then(|| boxed(|| mpas::read(sources))),
-        is_icon.then(|| boxed(|| icon::read(sources))),
+        is_icon.then(|| boxed(|| cf::read_triangles(sources))),
         cf::find(sources).map(|found| boxed(move || found.mesh())),
         columns.map(|found| boxed(move || columns::read(&found))),
         healpix::find(sources).map(|found| boxed(move || healpix::read(sources, found))),
@@ -70,4 +71,87 @@ pub(crate) fn read(sources: &Sources) -> Result<Mesh> {
              lon(y, x) and lat(y, x)); {IN_ANOTHER_FILE}"
         ),
     ))
+}
+
+/// Number of columns whose positions are compared.
+const COMPARED: usize = 1000;
+
+/// ICON's name of a grid, in grid files and data files.
+const GRID_NAME: &str = "uuidOfHGrid";
+
+/// Checks that all files have the mesh that was read: by the numbers of cells and corners, the name of ICON's grid, and
+/// the positions of columns.
+pub(crate) fn expect_one_mesh(sources: &Sources, mesh: &Mesh) -> Result<()> {
+    expect_one_name(sources.all())?;
+    for source in sources.all() {
+        expect_sizes(source, mesh)?;
+        if source.path() != mesh.path() {
+            expect_places(source, mesh)?;
+        }
+    }
+    Ok(())
+}
+
+/// Checks that all files that name their grid name the same.
+pub(crate) fn expect_one_name<'a>(sources: impl Iterator<Item = &'a dyn Source>) -> Result<()> {
+    let mut named: Vec<(&dyn Source, String)> = Vec::new();
+    for source in sources {
+        named.extend(source.text(GRID_NAME)?.map(|name| (source, name)));
+    }
+    let Some(pair) = named.windows(2).find(|pair| !pair[0].1.eq_ignore_ascii_case(&pair[1].1)) else { return Ok(()) };
+    let [(other, its), (source, name)] = pair else { unreachable!("a window of two") };
+    let other = other.path().display();
+    let context = format!(
+        "{GRID_NAME} is {name}, that of {other} is {its}: they are of different grids; give the grid file of the data as \
+         `mesh`"
+    );
+    Err(source.error(ErrorKind::Grid, context))
+}
+
+fn expect_sizes(source: &dyn Source, mesh: &Mesh) -> Result<()> {
+    let dimensions: &[(&str, usize)] = match mesh.layout() {
+        MeshLayout::Mpas => &[("nCells", mesh.cells()), ("nVertices", mesh.corners_in_file())],
+        MeshLayout::Triangles => &[("ncells", mesh.corners_in_file()), ("cell", mesh.corners_in_file())],
+        MeshLayout::Polygons => &[("ncells", mesh.cells()), ("cell", mesh.cells())],
+    };
+    for &(dimension, expected) in dimensions {
+        let there = source.dimension_len(dimension)?.unwrap_or(expected);
+        if there != expected {
+            let mesh_path = mesh.path().display();
+            let context = format!("{dimension} is {there}, expected {expected} as in the mesh of {mesh_path}");
+            return Err(source.error(ErrorKind::Grid, context));
+        }
+    }
+    Ok(())
+}
+
+/// Checks that columns with coordinates lie at their positions in the mesh, to about the distance between columns.
+fn expect_places(source: &dyn Source, mesh: &Mesh) -> Result<()> {
+    for [lon, lat] in NAMES {
+        let dimension = |name| match source.variable(name).map(Variable::after_time) {
+            Some([only]) => Some(only),
+            _ => None,
+        };
+        let Some(columns) = dimension(lon).filter(|of| dimension(lat) == Some(of)) else { continue };
+        let expected = match columns.len {
+            len if len == mesh.cells() => &mesh.center,
+            len if len == mesh.corners() && mesh.corner_rows().is_none() => &mesh.corner,
+            _ => continue,
+        };
+        // Unreadable coordinates are no reason to refuse fields.
+        let Ok(there) = positions(source, [lon, lat], &columns.name) else { continue };
+        let apart = |i: usize| distance(there.direction(i as i32), expected.direction(i as i32));
+        let near = (4.0 * std::f64::consts::PI / columns.len as f64).sqrt().max(0.01);
+        let step = columns.len.div_ceil(COMPARED).max(1);
+        if let Some(i) = (0..columns.len).step_by(step).find(|i| apart(*i) > near) {
+            let [own, its] = [there.at(i), expected.at(i)].map(|place| place.map(f64::to_degrees));
+            let context = format!(
+                "{lon}, {lat} of column {i} are {own:.2?} degrees, but the mesh of {} has it at {its:.2?}: they are of \
+                 different meshes of the same size; give the mesh of the data as `mesh`",
+                mesh.path().display()
+            );
+            return Err(source.error(ErrorKind::Grid, context));
+        }
+    }
+    Ok(())
 }

@@ -120,10 +120,6 @@ impl Source for Raster {
         Ok(picked(&read, (0..outer).flat_map(|block| kept.clone().map(move |i| block * there * inner + i))))
     }
 
-    fn integers(&self, variable: &Variable) -> Result<Vec<i32>> {
-        self.source.integers(self.source.expect(&variable.name)?)
-    }
-
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
         self.source.text_rows(variable, rows)
     }
@@ -140,8 +136,8 @@ fn picked(values: &OwnedReals, of: impl Iterator<Item = usize>) -> OwnedReals {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::options::DatasetOptions;
     use crate::source::{Kind, SourceVariable};
+    use crate::sources::DatasetOptions;
 
     /// Variables whose values are their places in memory.
     #[derive(Debug)]
@@ -156,10 +152,6 @@ mod tests {
             &self.0
         }
 
-        fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
-            Ok(self.0.iter().flat_map(|v| &v.dimensions).find(|d| d.name == name).map(|d| d.len))
-        }
-
         fn attribute(&self, _: Option<&str>, _: &str) -> Result<Option<Attribute>> {
             Ok(None)
         }
@@ -171,10 +163,6 @@ mod tests {
                 places = places.into_iter().flat_map(along).collect();
             }
             Ok(OwnedReals::F64(places.into_iter().map(|place| place as f64).collect()))
-        }
-
-        fn integers(&self, _: &Variable) -> Result<Vec<i32>> {
-            Ok(Vec::new())
         }
 
         fn text_rows(&self, _: &Variable, _: usize) -> Vec<Option<String>> {

@@ -139,7 +139,10 @@ pub trait Source: fmt::Debug + Send + Sync {
     fn variables(&self) -> &[Variable];
 
     /// Length of a dimension; `None` when there is none of that name.
-    fn dimension_len(&self, name: &str) -> Result<Option<usize>>;
+    fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
+        let mut dimensions = self.variables().iter().flat_map(|variable| &variable.dimensions);
+        Ok(dimensions.find(|dimension| dimension.name == name).map(|dimension| dimension.len))
+    }
 
     /// An attribute of a variable, or of the source itself; `None` when it is absent or of an unsupported type.
     fn attribute(&self, variable: Option<&str>, name: &str) -> Result<Option<Attribute>>;
@@ -152,8 +155,22 @@ pub trait Source: fmt::Debug + Send + Sync {
         self.reals(variable, start, count).map(Values::from)
     }
 
-    /// Reads a whole variable of integers; a value that does not fit into 32 bits is an error.
-    fn integers(&self, variable: &Variable) -> Result<Vec<i32>>;
+    /// Reads a whole variable of integers; a value that does not fit into 32 bits is an error. NaN, which xarray makes of
+    /// the mark of an entry that is missing, is 0.
+    fn integers(&self, variable: &Variable) -> Result<Vec<i32>> {
+        let (start, count) = variable.whole();
+        let numbers = self.reals(variable, &start, &count)?;
+        let integer = |i: usize| {
+            let number = Some(numbers.as_reals().get(i)).filter(|number| !number.is_nan()).unwrap_or(0.0);
+            let fits = number.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&number);
+            fits.then_some(number as i32).ok_or_else(|| {
+                let (path, name) = (self.path().display(), &variable.name);
+                let context = format!("{path}: {name}: entry {i} is {number}, expected an integer of 32 bits");
+                Error::new(ErrorKind::Grid, context)
+            })
+        };
+        (0..numbers.as_reals().len()).map(integer).collect()
+    }
 
     /// Reads the first `rows` rows of a `char` variable of two dimensions, without the padding; `None` for a row that
     /// cannot be read, such as behind the end of a file that is cut off.

@@ -1,12 +1,28 @@
 //! Files that are read together: the one with the fields, and others with mesh or heights.
 
-use crate::options::DatasetOptions;
 use crate::source::{Source, SourceVariable};
 use icoray::{Error, ErrorKind, Result};
 
 /// Advice for missing tables or heights; option and argument have this name.
 pub(crate) const IN_ANOTHER_FILE: &str =
     "what is missing may be in another file, such as the run's init or grid file: give that file as `mesh`";
+
+/// Earth's radius in ICON and DYNAMICO, metres, for files without one.
+pub(crate) const EARTH_M: f64 = 6_371_229.0;
+
+/// Facts that the files of a dataset lack, and entries of dimensions that are neither columns, layers nor time.
+#[derive(Debug, Clone, Default)]
+pub struct DatasetOptions {
+    /// Name of a dimension, and the entry along it, from 0, that is read for every variable.
+    pub at: Vec<(String, usize)>,
+    /// Heights above the sphere of the first and of the last layer of every field with layers, metres; those between
+    /// are evenly spaced. They replace the heights of files.
+    pub heights_m: Option<[f64; 2]>,
+    /// Radius of the sphere, metres; it replaces that of files.
+    pub radius_m: Option<f64>,
+    /// Values that mark missing samples of every field, beside those of attributes.
+    pub missing: Vec<f64>,
+}
 
 /// Open files, of which the first has the fields, and the user's options for them.
 #[derive(Debug)]
@@ -73,14 +89,41 @@ impl Sources {
         self.all().find_map(|source| source.find(name))
     }
 
-    /// The first number of a global attribute in any file.
-    pub(crate) fn number(&self, attribute: &str) -> Result<Option<f64>> {
-        for source in self.all() {
-            if let Some(number) = source.number(attribute)? {
-                return Ok(Some(number));
-            }
+    /// The sphere's radius in metres: that from the user, or of the files, or from positions of cells; else that of the
+    /// Earth.
+    pub(crate) fn sphere_radius_m(&self) -> Result<f64> {
+        if let Some(radius_m) = self.options.radius_m {
+            return Ok(radius_m);
         }
-        Ok(None)
+        let stated = self.all().find_map(|source| source.number("sphere_radius").transpose()).transpose()?;
+        match stated {
+            Some(r) if r.is_finite() && r > 0.0 => Ok(r),
+            Some(r) => {
+                let context = format!("sphere_radius: {r}, expected a positive number");
+                Err(self.fields().error(ErrorKind::Grid, context))
+            }
+            None => Ok(self.radius_of_positions()?.unwrap_or(EARTH_M)),
+        }
+    }
+
+    /// The distance of the first of MPAS's cells from the centre of the sphere.
+    fn radius_of_positions(&self) -> Result<Option<f64>> {
+        let mut square = 0.0;
+        for name in ["xCell", "yCell", "zCell"] {
+            let Some(SourceVariable { source, variable }) = self.find(name) else { return Ok(None) };
+            let (start, count) = (vec![0; variable.dimensions.len()], vec![1; variable.dimensions.len()]);
+            if !variable.kind.is_real() || variable.dimensions.iter().any(|dimension| dimension.len == 0) {
+                return Ok(None);
+            }
+            square += source.reals(variable, &start, &count)?.as_reals().get(0).powi(2);
+        }
+        // Rounded, so that a unit sphere has radius 1.
+        Ok(Some((1e3 * square.sqrt()).round() / 1e3).filter(|radius| radius.is_finite() && *radius > 0.0))
+    }
+
+    /// Length of a dimension in the first file that has it.
+    pub(crate) fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
+        self.all().find_map(|source| source.dimension_len(name).transpose()).transpose()
     }
 
     /// Whether a variable has one record for each time of the fields.

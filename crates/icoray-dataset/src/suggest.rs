@@ -2,7 +2,7 @@
 
 use crate::dataset::Dataset;
 use crate::field::FieldInfo;
-use crate::layer_selection::LayerSelection;
+use crate::layering::LayerSelection;
 use icoray::{Error, ErrorKind, Grid, Level, Renderer, Result, suggest};
 
 impl Dataset {

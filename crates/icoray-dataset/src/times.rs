@@ -32,7 +32,8 @@ impl Times {
         let records = records(source)?;
         let dates = dates(source, records.max(1));
         let seconds = seconds(source, &dates);
-        Ok(Times { records, is_dated: has_dates(source), seconds, dates })
+        let is_dated = text(source).is_some() || source.each_variable().any(|found| clock(found).is_some());
+        Ok(Times { records, is_dated, seconds, dates })
     }
 }
 
@@ -54,11 +55,6 @@ fn records(source: &dyn Source) -> Result<usize> {
 fn text(source: &dyn Source) -> Option<&Variable> {
     let text = TEXTS.iter().filter_map(|name| source.variable(name)).find(|v| v.kind == Kind::Text);
     text.filter(|v| v.dimensions.len() == 2 && v.changes())
-}
-
-/// Whether a variable has the dates of records.
-fn has_dates(source: &dyn Source) -> bool {
-    text(source).is_some() || source.each_variable().any(|found| clock(found).is_some())
 }
 
 /// The date of each of `count` records; `None` if it cannot be read.

@@ -1,6 +1,5 @@
 //! Values of a block: owned, or borrowed in place.
 
-use crate::reals::change_each;
 use icoray::{OwnedReals, Reals, Shape};
 use std::fmt;
 use std::sync::Arc;
@@ -211,6 +210,14 @@ impl ShapedValues {
 /// The least and the greatest value.
 fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
+}
+
+/// Changes every element, in f64.
+pub(crate) fn change_each(reals: &mut OwnedReals, change: impl Fn(f64) -> f64) {
+    match reals {
+        OwnedReals::F32(v) => v.iter_mut().for_each(|x| *x = change(f64::from(*x)) as f32),
+        OwnedReals::F64(v) => v.iter_mut().for_each(|x| *x = change(*x)),
+    }
 }
 
 #[cfg(test)]

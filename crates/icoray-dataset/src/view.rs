@@ -1,19 +1,16 @@
 //! Serves a page on which viewers look at a dataset.
 
-pub mod answers;
-mod reader;
-
 use crate::dataset::Dataset;
-use crate::drawing::Drawing;
-use crate::layer_selection::LayerSelection;
-use crate::native_height_cache::NativeHeightCache;
+use crate::drawing::{Drawing, NativeHeightCache};
+use crate::field::FieldInfo;
+use crate::layering::LayerSelection;
 use crate::scene_fields::{Key, SceneFields};
 use crate::series::Series;
-use answers::units;
-use icoray::output::Stamp;
-use icoray::{Error, ErrorKind, Field, Frame, Grid, Heights, Ranks, Renderer, Result, Scene, Script};
-use icoray_live::{Description, FieldDescription, LiveView, Question, Request};
-pub use reader::reader;
+use icoray::output::{Stamp, printed_units};
+use icoray::{Error, ErrorKind, Field, Frame, Grid, Heights, Ranks, Renderer, Result, Scene, Script, View};
+use icoray_live::{
+    Description, FieldDescription, Histogram, LiveView, NamedScene, Probe, Question, Request, SceneReader,
+};
 use std::collections::BTreeMap;
 
 /// The page's description of a dataset; `command` draws the same picture from a shell.
@@ -33,6 +30,44 @@ pub fn describe(dataset: &Dataset, command: String) -> Description {
         fields,
         times: dataset.times().iter().map(|date| date.clone().unwrap_or_default()).collect(),
         command,
+    }
+}
+
+/// The typeset units of a field.
+pub fn units(info: &FieldInfo) -> Option<String> {
+    info.description.units.as_deref().and_then(printed_units)
+}
+
+/// Parses the text of scenes for a dataset: a scene without a field shows the likeliest one, and 2D fields are
+/// surfaces.
+pub fn reader(dataset: &Dataset) -> Box<SceneReader> {
+    let first = dataset.first_field().map(|info| info.name.clone());
+    let fields: Vec<FieldInfo> = dataset.fields().to_vec();
+    Box::new(move |text| {
+        let mut script = Script::parse(text)?;
+        if script.lacks_field() {
+            script.name_first_field(first.as_ref().map_err(Error::clone)?);
+        }
+        let info = |name: &str| fields.iter().find(|info| info.name == name);
+        script.show_as_surfaces(|name| info(name).is_some_and(FieldInfo::is_2d));
+        let scene_of = |view: &View| {
+            let mut scenes = view.scenes();
+            let (Some(scene), None) = (scenes.next(), scenes.next()) else {
+                let why = "the scene file has a sweep, expected views that draw one picture each";
+                return Err(Error::new(ErrorKind::Scene, why));
+            };
+            expect_fields(&scene, info)?;
+            Ok(NamedScene { name: view.name().to_owned(), scene })
+        };
+        script.views().iter().map(scene_of).collect()
+    })
+}
+
+/// Fails if the dataset lacks a field of the scene.
+fn expect_fields<'f>(scene: &Scene, info: impl Fn(&str) -> Option<&'f FieldInfo>) -> Result<()> {
+    match scene.model_fields().into_iter().find(|name| info(name).is_none()) {
+        Some(name) => Err(Error::new(ErrorKind::Field, format!("{name}: there is no such field"))),
+        None => Ok(()),
     }
 }
 
@@ -135,11 +170,11 @@ impl<'v> Viewer<'v> {
         match question {
             Question::Histogram { field, reply } => {
                 let at = (self.dataset, time);
-                reply.send(answers::histogram(&field, at, self.layers_wanted, data.fields, self.renderer));
+                reply.send(histogram(&field, at, self.layers_wanted, data.fields, self.renderer));
             }
             Question::Probe { at, reply } => {
                 let from = (data.fields, data.heights);
-                reply.send(answers::probe((scene, at), self.dataset, &data.drawing, from, known));
+                reply.send(probe((scene, at), self.dataset, &data.drawing, from, known));
             }
             Question::Look { look, reply } => {
                 let Viewer { dataset, grid, renderer, layers_wanted, .. } = self;
@@ -185,4 +220,44 @@ fn refuse(live: &LiveView, request: Request, error: Error) {
         Request::Draw(wanted) => drop(live.publish(&wanted, |_| Err(error))),
         Request::Answer { question, .. } => question.refuse(error),
     }
+}
+
+/// The histogram of a field at a time; the field is read unless `read` contains it.
+///
+/// # Errors
+/// As [`Dataset::read_layers`] and [`Renderer::histogram`].
+pub fn histogram(
+    name: &str,
+    (dataset, time): (&Dataset, usize),
+    layers_wanted: &LayerSelection,
+    read: &BTreeMap<Key, Field>,
+    renderer: &Renderer,
+) -> Result<Histogram> {
+    let info = dataset.field_info(name)?;
+    let counted = |field: &Field| renderer.histogram(&mut Ranks::alone(), field, None, Histogram::FINE_BINS);
+    let found = match read.iter().find(|((known, _), _)| known == name) {
+        Some((_, field)) => counted(field)?,
+        None => counted(&dataset.read_layers(name, time, layers_wanted.of(info)?)?.field()?)?,
+    };
+    Ok(Histogram::new(name, units(info), found))
+}
+
+/// The probe of a ray of a scene's picture at a place; `shown` is that picture.
+///
+/// # Errors
+/// As [`Drawing::fields`] and [`Renderer::probe`].
+pub fn probe(
+    (scene, at): (&Scene, [f64; 2]),
+    dataset: &Dataset,
+    drawing: &Drawing,
+    (fields, heights): (&BTreeMap<Key, Field>, &NativeHeightCache),
+    shown: Option<&Frame>,
+) -> Result<Option<Probe>> {
+    let layers = drawing.scene_fields.layers(scene)?;
+    let given = drawing.fields(scene, fields, heights)?;
+    let found = drawing.renderer.probe(scene, drawing.grid, layers, given, at)?;
+    Ok(found.map(|found| {
+        let units = dataset.field_info(&found.field).ok().and_then(units);
+        Probe::new(found, units, at, shown)
+    }))
 }

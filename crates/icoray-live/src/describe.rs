@@ -3,6 +3,7 @@
 use crate::steering::may_steer;
 use icoray::keys::{ListedKey, Section, sections};
 use icoray::{color_map_stops, color_maps};
+use serde::Serialize;
 use serde_json::{Value, json};
 use std::ops::Bound;
 
@@ -10,7 +11,7 @@ use std::ops::Bound;
 const SWATCH: usize = 16;
 
 /// Description of a program's data.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct Description {
     /// The title, such as the file's name.
     pub title: String,
@@ -23,11 +24,12 @@ pub struct Description {
     /// Number of layers.
     pub layers: usize,
     /// The command that draws the scene once it is saved as `scene.toml`; `{time}` stands for the number of the time.
+    #[serde(skip)]
     pub command: String,
 }
 
 /// A field that can be shown.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct FieldDescription {
     /// Its name.
     pub name: String,
@@ -57,20 +59,10 @@ impl Description {
             let colors = color_map_stops(name, SWATCH)?.into_iter().map(hex).collect::<Vec<_>>();
             Some(json!({ "name": name, "colors": colors }))
         });
-        let mut answer = json!({
-            "program": concat!("icoray ", env!("CARGO_PKG_VERSION")),
-            "sections": sections.iter().map(section_answer).collect::<Vec<_>>(),
-            "maps": maps.collect::<Vec<_>>(),
-            "title": self.title,
-            "live": self.live,
-            "times": self.times,
-            "layers": self.layers,
-        });
-        let fields = self.fields.iter().map(|field| {
-            let FieldDescription { name, long_name, units, layers } = field;
-            json!({ "name": name, "long_name": long_name, "units": units, "layers": layers })
-        });
-        answer["fields"] = fields.collect();
+        let mut answer = json!(self);
+        answer["program"] = concat!("icoray ", env!("CARGO_PKG_VERSION")).into();
+        answer["sections"] = sections.iter().map(section_answer).collect();
+        answer["maps"] = maps.collect();
         answer
     }
 }

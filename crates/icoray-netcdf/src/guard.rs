@@ -3,7 +3,7 @@
 //! A call that waits for a disk, even for hours, uses no processor time; one that unpacks a whole file uses a time that
 //! its length bounds. An endless loop of HDF5 over a damaged structure uses more.
 
-use crate::hdf5_errors;
+use hdf5_metno_sys::{LOCK, h5e};
 use icoray::{Error, ErrorKind, Result};
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -21,6 +21,8 @@ const TICKS: u64 = 100;
 
 thread_local! {
     static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
+    /// Whether HDF5 prints no errors in this thread.
+    static IS_SILENT: Cell<bool> = const { Cell::new(false) };
 }
 
 /// A call that has not returned.
@@ -52,7 +54,7 @@ pub(crate) fn guarded<T>(path: &Path, what: impl fmt::Display, call: impl FnOnce
             }
         }));
     });
-    hdf5_errors::silence();
+    silence_hdf5();
     let number = NUMBERS.fetch_add(1, Ordering::Relaxed);
     let thread = Path::new("/proc").join(std::fs::read_link("/proc/thread-self").unwrap_or_default());
     calls().insert(number, Call { thread, path: path.to_owned(), what: what.to_string(), begin: None });
@@ -66,6 +68,21 @@ pub(crate) fn guarded<T>(path: &Path, what: impl fmt::Display, call: impl FnOnce
         Err(_) => "the file is damaged".to_owned(),
     };
     Err(Error::new(ErrorKind::Io, format!("{}: {what}: {cause}", path.display())))
+}
+
+/// Disables HDF5's error reports in this thread.
+///
+/// The NetCDF library queries optional attributes, which fail in HDF5, and returns real failures itself. It disables
+/// the reports only in the thread that initialises it; HDF5 keeps the setting per thread.
+fn silence_hdf5() {
+    if IS_SILENT.replace(true) {
+        return;
+    }
+    let _lock = LOCK.lock();
+    // SAFETY: the lock is the one that the NetCDF binding takes; no callback is set, so no data are used.
+    unsafe {
+        h5e::H5Eset_auto2(h5e::H5E_DEFAULT, None, std::ptr::null_mut());
+    }
 }
 
 /// Watches all calls of the process from a thread of its own, on Linux. `on_hang` gets the error of a call that has

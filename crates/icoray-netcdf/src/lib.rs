@@ -23,10 +23,7 @@
 
 mod classic;
 mod filters;
-mod groups;
 mod guard;
-mod hdf5_errors;
-mod names;
 mod nc_file;
 mod outline;
 mod sample_file;
@@ -60,18 +57,11 @@ use zarr::ZarrStore;
 /// # Errors
 /// As [`Dataset::new`]; also [`ErrorKind::Io`](icoray::ErrorKind::Io) when the file is absent or not NetCDF.
 pub fn open(path: impl AsRef<Path>) -> Result<Dataset> {
-    open_with(path, &[] as &[&Path])
+    open_all(&[path], &[] as &[&Path], None, DatasetOptions::default())
 }
 
-/// Opens a file that holds fields, and others with what it lacks, as [`Dataset::new`] has it.
-///
-/// # Errors
-/// As [`open`].
-pub fn open_with(path: impl AsRef<Path>, others: &[impl AsRef<Path>]) -> Result<Dataset> {
-    open_all(&[path], others, None, DatasetOptions::default())
-}
-
-/// As [`open_with`], for files of one run that are read as one ([`Combined::of`]), and with facts that the files lack.
+/// Opens files of one run, which are read as one ([`Combined::of`]), with others that have what these lack, and with
+/// facts that all files lack.
 ///
 /// # Errors
 /// As [`open`], [`Combined::of`] and [`Dataset::with_options`].

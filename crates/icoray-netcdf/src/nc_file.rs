@@ -1,14 +1,17 @@
-//! One NetCDF file: its list of variables, attributes and typed reads. Only this module calls the NetCDF binding,
-//! through `guarded`.
+//! One NetCDF file: its list of variables, those of NetCDF-4's groups by their paths, attributes and typed reads. Only
+//! this module calls the NetCDF binding, through `guarded`.
 
 use crate::classic::ClassicLayout;
+use crate::filters;
 use crate::guard::guarded;
-use crate::{filters, groups, names};
 use icoray::{Error, ErrorKind, OwnedReals, Result};
-use icoray_dataset::{Attribute, Kind, Source, Variable};
-use netcdf::types::NcVariableType;
-use netcdf::{AttributeValue, Extents, NcTypeDescriptor};
+use icoray_dataset::{Attribute, Dimension, Kind, Source, Variable};
+use netcdf::types::{FloatType, NcVariableType};
+use netcdf::{AttributeValue, Extents, Group, NcTypeDescriptor};
+use std::collections::HashMap;
 use std::fmt;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Maximum bytes of values per byte of a file: deflate packs up to 1032, and numbers may be widened when read.
@@ -20,7 +23,8 @@ pub(crate) struct NcFile {
     file: netcdf::File,
     path: PathBuf,
     is_address: bool,
-    classic: Option<ClassicLayout>,
+    /// The places of the variables in a classic file.
+    pub(crate) classic: Option<ClassicLayout>,
     variables: Vec<Variable>,
 }
 
@@ -39,16 +43,16 @@ unsafe impl NcTypeDescriptor for Char {
 impl NcFile {
     pub(crate) fn open(path: &Path) -> Result<Self> {
         let damaged = |e| format!("{}: the header is damaged or cut off: {e}", path.display());
-        let address = names::address(path);
+        let address = address(path);
         let (classic, what) = if address.is_some() {
             (None, "the NetCDF library cannot open this address")
         } else {
-            names::expect_netcdf(path)?;
+            expect_netcdf(path)?;
             let classic = ClassicLayout::read(path).map_err(|e| Error::new(ErrorKind::Io, damaged(e)))?;
             (classic, "not a NetCDF file, or damaged or cut off")
         };
         let file = guarded(path, what, || netcdf::open(address.as_deref().unwrap_or(path)))?;
-        let variables = guarded(path, "the list of variables", || Ok(groups::variables(&file)))?;
+        let variables = guarded(path, "the list of variables", || Ok(variables_of(&file)))?;
         let mut opened = NcFile { file, path: path.to_owned(), is_address: address.is_some(), classic, variables };
         opened.variables = (&opened as &dyn Source).with_time_marked();
         Ok(opened)
@@ -64,11 +68,6 @@ impl NcFile {
 
     fn error(&self, kind: ErrorKind, context: impl fmt::Display) -> Error {
         (self as &dyn Source).error(kind, context)
-    }
-
-    /// The places of the variables in a classic file.
-    pub(crate) fn classic(&self) -> Option<&ClassicLayout> {
-        self.classic.as_ref()
     }
 
     /// Length of the file, bytes.
@@ -157,7 +156,7 @@ impl Source for NcFile {
     fn attribute(&self, variable: Option<&str>, name: &str) -> Result<Option<Attribute>> {
         let Some(variable) = variable else {
             let value = guarded(&self.path, format_args!("attribute {name}"), || {
-                let found = self.file.root().and_then(|root| groups::attribute(&root, name));
+                let found = self.file.root().and_then(|root| attribute_of(&root, name));
                 found.or_else(|| self.file.attribute(name).map(|a| a.value())).transpose()
             });
             return value.map(|value| value.and_then(attribute));
@@ -195,6 +194,96 @@ impl Source for NcFile {
             .unwrap_or_else(|_| (0..count).flat_map(|row| read(row, 1).unwrap_or_else(|_| vec![None])).collect());
         texts.resize(rows, None);
         texts
+    }
+}
+
+/// The names in a [`Variable`] of the dimensions that a group and those around it declare.
+type Names = HashMap<String, String>;
+
+/// All variables: those of the root first, then those of each group as `group/name`.
+///
+/// A dimension of a group has the group's path before its name where it has a coordinate there, and where one of that
+/// name is another: it is in a group around, or its length differs.
+fn variables_of(file: &netcdf::File) -> Vec<Variable> {
+    let mut found = Vec::new();
+    match file.root() {
+        Some(root) => collect(&root, "", &Names::new(), &mut found),
+        None => found.extend(file.variables().map(|variable| describe(&variable, "", &Names::new()))),
+    }
+    found
+}
+
+/// The attribute of a group itself, else that of the first group inside which has one of this name.
+fn attribute_of(group: &Group<'_>, name: &str) -> Option<netcdf::Result<AttributeValue>> {
+    let own = group.attribute(name).map(|attribute| attribute.value());
+    own.or_else(|| group.groups().find_map(|inner| attribute_of(&inner, name)))
+}
+
+/// Appends the variables of a group and of those in it; `path` ends with `/`, and is empty of the root.
+fn collect(group: &Group<'_>, path: &str, around: &Names, found: &mut Vec<Variable>) {
+    let mut names = around.clone();
+    for dimension in group.dimensions() {
+        let (name, len) = (dimension.name(), dimension.len());
+        let mut dimensions = found.iter().flat_map(|variable| &variable.dimensions);
+        let is_other = around.contains_key(&name) || dimensions.any(|known| known.name == name && known.len != len);
+        let is_of_group = is_other || group.variable(&name).is_some();
+        let shown = if is_of_group { format!("{path}{name}") } else { name.clone() };
+        names.insert(name, shown);
+    }
+    found.extend(group.variables().map(|variable| describe(&variable, path, &names)));
+    for inner in group.groups() {
+        collect(&inner, &format!("{path}{}/", inner.name()), &names, found);
+    }
+}
+
+fn describe(variable: &netcdf::Variable<'_>, path: &str, names: &Names) -> Variable {
+    let kind = match variable.vartype() {
+        NcVariableType::Float(FloatType::F32) => Kind::F32,
+        NcVariableType::Float(FloatType::F64) => Kind::F64,
+        NcVariableType::Int(_) => Kind::Integer,
+        NcVariableType::Char => Kind::Text,
+        _ => Kind::Other,
+    };
+    let dimension = |dimension: &netcdf::Dimension<'_>| {
+        let name = dimension.name();
+        Dimension::new(names.get(&name).cloned().unwrap_or(name), dimension.len())
+    };
+    let dimensions = variable.dimensions().iter().map(dimension).collect();
+    Variable { name: format!("{path}{}", variable.name()), kind, dimensions }
+}
+
+/// The address that the NetCDF library opens: a name that is one (`https://`, `s3://`), or that of a file whose name is
+/// followed by `#mode=`; `None` for other local files.
+pub(crate) fn address(path: &Path) -> Option<PathBuf> {
+    let text = path.to_string_lossy();
+    let of_file = |file: &Path, mode: &str| {
+        let absolute = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+        PathBuf::from(format!("file://{}#mode={mode}", absolute.display()))
+    };
+    match text.split_once("#mode=") {
+        _ if path.exists() => None,
+        _ if text.contains("://") => Some(path.to_owned()),
+        Some((file, mode)) => Some(of_file(file.as_ref(), mode)),
+        None => None,
+    }
+}
+
+/// Fails where a local file is absent or none, and says what to do with GRIB.
+fn expect_netcdf(path: &Path) -> Result<()> {
+    let shown = path.display();
+    let error = |what: String| Error::new(ErrorKind::Io, format!("{shown}: {what}"));
+    let io = |e: std::io::Error| error(e.to_string());
+    if !std::fs::metadata(path).map_err(io)?.is_file() {
+        return Err(error("not a file".to_owned()));
+    }
+    let mut begin = Vec::new();
+    File::open(path).and_then(|file| file.take(8).read_to_end(&mut begin)).map_err(io)?;
+    match begin[..] {
+        [b'G', b'R', b'I', b'B', _, _, _, edition] => Err(error(format!(
+            "a file of GRIB {edition}, expected NetCDF: `cdo -f nc copy {shown} NEW.nc` converts it; in Python \
+             `icoray.open(\"{shown}\")` reads it with xarray and cfgrib"
+        ))),
+        _ => Ok(()),
     }
 }
 

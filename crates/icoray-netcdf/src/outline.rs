@@ -1,8 +1,7 @@
 //! The contents of a file, read from its header and its times alone.
 
 use crate::classic::{self, ClassicLayout};
-use crate::names;
-use crate::nc_file::NcFile;
+use crate::nc_file::{NcFile, address};
 use crate::zarr::Location;
 use icoray::{Error, ErrorKind, Result};
 use icoray_dataset::{Source, Times, Variable, variable_at_edges};
@@ -29,7 +28,7 @@ impl Outline {
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let source = NcFile::open(path.as_ref())?;
         let times = Times::read(&source)?;
-        let classic = source.classic().cloned();
+        let classic = source.classic.clone();
         let length = if classic.is_some() { source.length()? } else { 0 };
         Ok(Outline { times, classic, length, variables: source.variables().to_vec() })
     }
@@ -79,7 +78,7 @@ impl Outline {
     /// [`ErrorKind::Io`]: the file cannot be opened.
     pub fn is_classic(path: impl AsRef<Path>) -> Result<bool> {
         let path = path.as_ref();
-        if names::address(path).is_some() || Location::of(path).is_some() {
+        if address(path).is_some() || Location::of(path).is_some() {
             return Ok(false);
         }
         classic::is_classic(path).map_err(|e| Error::new(ErrorKind::Io, format!("{}: {e}", path.display())))

@@ -141,11 +141,6 @@ impl Source for ZarrStore {
         &self.variables
     }
 
-    fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
-        let mut dimensions = self.variables.iter().flat_map(|variable| &variable.dimensions);
-        Ok(dimensions.find(|dimension| dimension.name == name).map(|dimension| dimension.len))
-    }
-
     fn attribute(&self, variable: Option<&str>, name: &str) -> Result<Option<Attribute>> {
         let Some(variable) = variable else {
             return Ok(self.attributes.get(name).and_then(attribute));
@@ -179,19 +174,6 @@ impl Source for ZarrStore {
             DataType::UInt64 => widened!(u64, |x| x as f64),
             other => return Err(self.error(variable, format_args!("type {other}, expected numbers of up to 64 bits"))),
         })
-    }
-
-    fn integers(&self, variable: &Variable) -> Result<Vec<i32>> {
-        let (start, count) = variable.whole();
-        let narrow = |x: f64| {
-            let is_whole = x == x.trunc() && x.abs() <= f64::from(i32::MAX);
-            let context = || format!("variable {variable}: value {x}, expected integers of 32 bits");
-            is_whole.then_some(x as i32).ok_or_else(|| (self as &dyn Source).error(ErrorKind::Io, context()))
-        };
-        match self.reals(variable, &start, &count)? {
-            OwnedReals::F32(values) => values.into_iter().map(|x| narrow(x.into())).collect(),
-            OwnedReals::F64(values) => values.into_iter().map(narrow).collect(),
-        }
     }
 
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {

@@ -327,7 +327,7 @@ pub(crate) mod tests {
             of("w", [0.0, 4.0], "viridis, linear, fixed"),
             of("w", [0.0, 4.0], "vik, linear, fixed"),
         ];
-        assert_eq!(Colors::of(&asked, &asked.over([2.0, 3.0])), expected);
+        assert_eq!(Colors::of(&asked, &asked.over_each(|_, _| Ok(Some([2.0, 3.0]))).unwrap().unwrap()), expected);
     }
 
     #[test]

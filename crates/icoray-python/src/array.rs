@@ -4,18 +4,19 @@
 //! numpy, which counts its bytes. All assumptions about numpy's memory are here.
 
 use crate::error::{argument, bad_field};
+use crate::report::dict;
 use icoray::{Dimension, Indices, Reals};
 use numpy::{Element, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyType};
+use pyo3::types::PyType;
 use std::slice;
 
 /// A real array with its memory's owner.
 #[derive(Debug)]
 pub(crate) struct RealArray {
     owner: Py<PyAny>,
-    /// Element with all indices 0.
-    first: Pointer,
+    /// Address of the element with all indices 0.
+    pub first: Pointer,
     /// Extents and strides, which count elements.
     pub dimensions: Vec<Dimension>,
     /// Bytes that were copied, 0 where the array is borrowed.
@@ -87,11 +88,6 @@ impl RealArray {
         Ok(Some(RealArray { owner: array.clone().into_any().unbind(), first, dimensions, bytes_copied: 0 }))
     }
 
-    /// The address of the element with all indices 0.
-    pub fn first(&self) -> Pointer {
-        self.first
-    }
-
     /// A copy of an array of which elements share memory, such as `numpy.broadcast_to` makes.
     pub fn without_shared_elements(self, py: Python) -> PyResult<Self> {
         let is_shared = self.dimensions.iter().any(|d| d.stride == 0 && d.extent > 1);
@@ -141,7 +137,8 @@ pub(crate) struct IndexArray {
     pub shape: Vec<usize>,
     /// Bytes that were copied, 0 where the array is borrowed.
     pub bytes_copied: u64,
-    is_wide: bool,
+    /// Whether the numbers have 64 bits.
+    pub is_wide: bool,
 }
 
 impl IndexArray {
@@ -175,11 +172,6 @@ impl IndexArray {
     /// The array that has the memory.
     pub fn owner<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         self.owner.bind(py).clone()
-    }
-
-    /// Whether the numbers have 64 bits.
-    pub fn is_wide(&self) -> bool {
-        self.is_wide
     }
 
     /// All numbers, row by row.
@@ -274,9 +266,7 @@ fn converted<'py>(
 ) -> PyResult<Bound<'py, PyUntypedArray>> {
     let py = array.py();
     let plain = py.import("numpy")?.call_method1("asarray", (array,))?;
-    let how = PyDict::new(py);
-    how.set_item("order", order)?;
-    how.set_item("copy", true)?;
+    let how = dict!(py, { "order": order, "copy": true });
     Ok(plain.call_method("astype", (dtype,), Some(&how))?.cast_into::<PyUntypedArray>()?)
 }
 

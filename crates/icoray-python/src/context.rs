@@ -23,7 +23,6 @@ mod arrays;
 mod config;
 mod date;
 mod handle;
-mod log;
 mod part;
 
 use arrays::{ArrayNames, CArray};

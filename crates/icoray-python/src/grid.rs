@@ -144,7 +144,7 @@ impl Grid {
             }
             _ => return Err(argument("lon_corner_rad without lat_corner_rad, expected both or none".into())),
         };
-        let is_as_is = index_base == 0 && !triangles.is_wide();
+        let is_as_is = index_base == 0 && !triangles.is_wide;
         let corner_cell = if is_as_is { triangles } else { made_indices(py, from_zero, 3) };
         Self::connected(py, center, corner, corner_cell, derived)
     }

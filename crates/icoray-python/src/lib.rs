@@ -2,7 +2,7 @@
 //!
 //! Layout: `array` arrays that are borrowed, or copied where they cannot be; `grid`, `layers`, `field`,
 //! `scene` the inputs; `dataset` all of them in a dataset of xarray or uxarray, and its live page; `renderer`
-//! frames of this process, with Ctrl-C (`turn`, `interrupt`); `image` and `report` the picture of a frame and
+//! frames of this process, with Ctrl-C (`interrupt`); `image` and `report` the picture of a frame and
 //! its cost; `context` the contexts of the C interface, whose sources this crate builds as `icoray_context`; `mpi`
 //! ranks over mpi4py; `error` Python's classes of errors.
 
@@ -19,8 +19,6 @@ mod mpi;
 mod renderer;
 mod report;
 mod scene;
-mod tiles;
-mod turn;
 
 /// The compiled half of the package icoray.
 #[pyo3::pymodule]

@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 /// A dict of names and values.
 macro_rules! dict {
     ($py:expr, { $($name:literal: $value:expr),* $(,)? }) => {{
-        let dict = PyDict::new($py);
+        let dict = pyo3::types::PyDict::new($py);
         $(dict.set_item($name, $value)?;)*
         dict
     }};

@@ -20,11 +20,7 @@ impl Camera {
         let forward = (target - eye).try_normalize()?;
         let right = forward.cross(up.try_normalize()?);
         // Nearly parallel vectors would leave the roll to rounding.
-        let right = if right.length() > 1e-9 {
-            right.normalize()
-        } else {
-            return None;
-        };
+        let right = (right.length() > 1e-9).then(|| right.normalize())?;
         let half_height = (0.5 * fov_deg.to_radians()).tan();
         let fine = eye.is_finite() && right.is_finite() && half_height.is_finite() && half_height > 0.0;
         fine.then(|| Camera { eye, forward, right, up: right.cross(forward), half_height })

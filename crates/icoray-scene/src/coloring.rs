@@ -2,7 +2,6 @@
 
 use super::color::ColorMap;
 use super::transfer::extinction_of;
-use crate::scale::Scale;
 use crate::transfer::{Knot, TransferFunction};
 use std::fmt;
 
@@ -10,6 +9,65 @@ use std::fmt;
 /// transfer function is linear in the value between knots, a logarithmic scale is not: knots are inserted where it
 /// deviates by more.
 const BEND: f64 = 1.0 / 255.0;
+
+/// Along what colours are even.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Scale {
+    /// The value.
+    #[default]
+    Linear,
+    /// The logarithm of the value, which is positive.
+    Log,
+    /// The value up to `threshold` on either side of 0, its logarithm beyond; what lies within the threshold takes as
+    /// much room on each side as a power of ten.
+    SymLog {
+        /// Where the logarithm begins, above 0.
+        threshold: f64,
+    },
+}
+
+impl Scale {
+    /// Whether a value has a place on the scale.
+    pub fn admits(&self, value: f64) -> bool {
+        value.is_finite() && (*self != Scale::Log || value > 0.0)
+    }
+
+    /// Where a value stands: even steps of this are even steps of colour.
+    pub fn forward(&self, value: f64) -> f64 {
+        match *self {
+            Scale::Linear => value,
+            Scale::Log => value.log10(),
+            Scale::SymLog { threshold } => {
+                let times = value / threshold;
+                if times.abs() <= 1.0 { times } else { (1.0 + times.abs().log10()).copysign(times) }
+            }
+        }
+    }
+
+    /// The value that stands at a place.
+    pub fn backward(&self, place: f64) -> f64 {
+        match *self {
+            Scale::Linear => place,
+            Scale::Log => 10f64.powf(place),
+            Scale::SymLog { threshold } => {
+                if place.abs() <= 1.0 {
+                    place * threshold
+                } else {
+                    10f64.powf(place.abs() - 1.0).copysign(place) * threshold
+                }
+            }
+        }
+    }
+
+    /// In a word, and the threshold.
+    pub(crate) fn describe(&self) -> String {
+        match self {
+            Scale::Linear => "linear".into(),
+            Scale::Log => "log".into(),
+            Scale::SymLog { threshold } => format!("symlog beyond {threshold}"),
+        }
+    }
+}
 
 /// The range of values of a colour map.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,38 +8,31 @@
 //! both, and the scene reference of icoray's book lists it, with examples.
 #![forbid(unsafe_code)]
 
-mod backend;
 mod camera;
 mod color;
 mod coloring;
 pub mod keys;
 mod labels;
-mod method;
 pub mod name;
 mod outlines;
 pub mod painting;
 mod parse;
 mod quality;
-mod scale;
 pub mod scene;
 mod scenery;
 mod script;
-pub mod series;
 pub mod template;
 mod transfer;
 mod values;
 
-pub use backend::{Adapter, Backend};
 pub use camera::Camera;
 pub use color::{color_map_stops, color_maps, is_color_map, srgb8};
-pub use coloring::{ColorRange, Coloring};
+pub use coloring::{ColorRange, Coloring, Scale};
 pub use labels::{LabelPlace, Labels};
-pub use method::Method;
 pub use outlines::Outlines;
 pub use parse::hint::did_you_mean;
 pub use quality::{Lights, Quality};
-pub use scale::Scale;
-pub use scene::{LightSource, Lighting, Precision, Scene, Scheme};
+pub use scene::{Adapter, Backend, LightSource, Lighting, Method, Precision, Scene, Scheme};
 pub use scenery::{
     Clip, Derivation, Ground, HalfSpace, Heights, How, Isosurface, Level, Lines, LonLatBox, Opacity, Paint, Pattern,
     Scenery, Surface, Volume,

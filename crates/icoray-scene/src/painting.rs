@@ -90,18 +90,8 @@ impl Scene {
         }
     }
 
-    /// The scene with the first volume's colour map over a range, whose ends the map's scale admits, the lower first;
-    /// the same scene where knots are given.
-    #[must_use]
-    pub fn over(&self, range: [f64; 2]) -> Self {
-        let mut scene = self.clone();
-        let first = &mut scene.volumes[0];
-        fix(&mut first.transfer, &mut first.coloring, range);
-        scene
-    }
-
-    /// The scene with each of its colour maps over the range that `find` gives for it and its field; `None` where it
-    /// gives none for any.
+    /// The scene with each of its colour maps over the range that `find` gives for it and its field, whose ends the
+    /// map's scale admits, the lower first; `None` where it gives none for any.
     ///
     /// # Errors
     /// The first of `find`'s.
@@ -114,19 +104,12 @@ impl Scene {
         }
         let (mut scene, mut ranges) = (self.clone(), ranges.into_iter());
         scene.change_paintings(|transfer, coloring| {
-            if let Some(range) = ranges.next().flatten() {
-                fix(transfer, coloring, range);
+            if let (Some(range), Some(coloring)) = (ranges.next().flatten(), coloring) {
+                *transfer = coloring.transfer(range);
+                coloring.range = ColorRange::Fixed(range);
+                coloring.center = None;
             }
         });
         Ok(Some(scene))
-    }
-}
-
-/// Puts a colour map over a range.
-fn fix(transfer: &mut TransferFunction, coloring: &mut Option<Coloring>, range: [f64; 2]) {
-    if let Some(coloring) = coloring {
-        *transfer = coloring.transfer(range);
-        coloring.range = ColorRange::Fixed(range);
-        coloring.center = None;
     }
 }

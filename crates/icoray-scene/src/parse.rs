@@ -3,14 +3,10 @@
 mod camera;
 mod clip;
 mod derive;
-mod ground;
 pub(crate) mod hint;
-mod isosurface;
 mod labels;
 mod light;
 mod lines;
-mod output;
-mod paint;
 mod place;
 mod surface;
 mod text;
@@ -18,11 +14,10 @@ mod transfer;
 pub(crate) mod views;
 mod volume;
 
-use crate::backend::{Adapter, Backend};
 use crate::keys::{Key, Kind, flag, integer, keys, number, of, section, sections_of, word};
-use crate::method::Method;
+use crate::name::{NameTemplate, Output};
 use crate::quality::Quality;
-use crate::scene::{Precision, Scene, Scheme};
+use crate::scene::{Adapter, Backend, Method, Precision, Scene, Scheme};
 use crate::scenery::{Ground, Heights, Scenery};
 use icoray_grid::{Error, ErrorKind, Result};
 use serde::Deserialize;
@@ -84,11 +79,11 @@ keys! {
         /// (`icoray render`) are shown in this way where the scene gives no opacity.
         surfaces: Vec<Spanned<surface::RawSurface>> = sections_of(&[surface::RawSurface::KEYS]).count(0, MAX_SECTIONS),
         /// Surfaces on which a field has one value. A section may have several values.
-        isosurfaces: Vec<Spanned<isosurface::RawIsosurface>> =
-            sections_of(&[isosurface::RawIsosurface::KEYS]).count(0, MAX_SECTIONS),
+        isosurfaces: Vec<Spanned<surface::RawIsosurface>> =
+            sections_of(&[surface::RawIsosurface::KEYS]).count(0, MAX_SECTIONS),
         lines: Vec<Spanned<lines::RawLines>> = sections_of(&[lines::RawLines::KEYS]).count(0, MAX_SECTIONS),
         /// Colours of the opaque core.
-        ground: Option<Spanned<ground::RawGround>> = section(&[ground::RawGround::KEYS]),
+        ground: Option<Spanned<RawGround>> = section(&[RawGround::KEYS]),
         /// Cuts away the places where all of the keys given hold (`cut = "inside"`), or all other places (`"outside"`).
         /// At least one key beside `cut` is given.
         clip: Vec<Spanned<clip::RawClip>> = sections_of(&[clip::RawClip::KEYS]).count(0, MAX_SECTIONS),
@@ -101,7 +96,7 @@ keys! {
         light: Option<Spanned<light::RawLight>> = section(&[light::RawLight::KEYS]),
         /// Labels in PNGs. The section alone switches them on.
         labels: Option<labels::RawLabels> = section(&[labels::RawLabels::KEYS]),
-        output: Option<output::RawOutput> = section(&[output::RawOutput::KEYS, views::extras::OUTPUT_KEYS]),
+        output: Option<RawOutput> = section(&[RawOutput::KEYS, views::extras::OUTPUT_KEYS]),
     }
 }
 
@@ -111,6 +106,26 @@ keys! {
         width: Option<Spanned<i64>> = integer(1..=16384).or(512.0),
         /// Height in pixels.
         height: Option<Spanned<i64>> = integer(1..=16384).or(512.0),
+    }
+}
+
+keys! {
+    struct RawGround {
+        /// Land.
+        land: Option<Spanned<String>> = of(Kind::Color(&[])).or_else("`core`"),
+        /// Sea.
+        ocean: Option<Spanned<String>> = of(Kind::Color(&[])).or_else("`core`"),
+    }
+}
+
+keys! {
+    struct RawOutput {
+        /// Name of the picture. Of a view `{view}_` stands before it, and swept keys after it.
+        file: Option<Spanned<String>> = of(Kind::Text)
+            .or_else("`\"{field}_{step:06}.png\"`, in a model `\"{field}_{when}.png\"`")
+            .note("ends in `.png` or `.exr`"),
+        /// Name of a map of errors.
+        error: Option<Spanned<String>> = of(Kind::Text).note("ends in `.png`"),
     }
 }
 
@@ -221,7 +236,7 @@ fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
         backend: raw.backend,
         device: raw.device.as_ref().map(|device| adapter(source, device)).transpose()?,
         labels: raw.labels.as_ref().map(|labels| labels::labels(source, labels)).transpose()?.flatten(),
-        output: output::output(source, raw.output.as_ref())?,
+        output: output(source, raw.output.as_ref())?,
     };
     let first = scene.field().to_owned();
     scene.name_first_field(&first);
@@ -230,7 +245,7 @@ fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
 
 /// Surfaces, lines, clips and ground beside volumes.
 fn scenery(source: Text, raw: &RawScene, has_core: bool) -> Result<Scenery> {
-    let isosurfaces = each(source.within("isosurfaces."), &raw.isosurfaces, isosurface::isosurfaces)?.concat();
+    let isosurfaces = each(source.within("isosurfaces."), &raw.isosurfaces, surface::isosurfaces)?.concat();
     // A section may have several.
     let last = raw.isosurfaces.last().map_or(0..0, Spanned::span);
     source.expect_count(isosurfaces.len(), last, "isosurfaces")?;
@@ -239,13 +254,46 @@ fn scenery(source: Text, raw: &RawScene, has_core: bool) -> Result<Scenery> {
         isosurfaces,
         lines: each(source.within("lines."), &raw.lines, |s, raw| lines::lines(s, raw, has_core))?,
         ground: match &raw.ground {
-            Some(raw) => ground::ground(source.within("ground."), raw, has_core)?,
+            Some(raw) => ground(source.within("ground."), raw, has_core)?,
             None => Ground::default(),
         },
         clips: each(source.within("clip."), &raw.clip, clip::clip)?,
         derived: derive::derivations(source.within("derive."), &raw.derive)?,
         heights: raw.heights,
     })
+}
+
+fn ground(source: Text, raw: &Spanned<RawGround>, has_core: bool) -> Result<Ground> {
+    let (span, raw) = (raw.span(), raw.get_ref());
+    if !has_core {
+        let what = "land and ocean need an opaque core, expected another core than \"transparent\"";
+        return Err(source.bad(span, "", what));
+    }
+    let color = |raw: &Option<Spanned<String>>, key| raw.as_ref().map(|raw| source.color(raw, key)).transpose();
+    Ok(Ground { land: color(&raw.land, "land")?, ocean: color(&raw.ocean, "ocean")? })
+}
+
+fn template(source: &Text, raw: &Spanned<String>, key: &str) -> Result<NameTemplate> {
+    NameTemplate::new(raw.get_ref()).map_err(|e| source.bad(raw.span(), key, e.context()))
+}
+
+fn output(source: &Text, raw: Option<&RawOutput>) -> Result<Output> {
+    let (file, error) = raw.map_or((None, None), |o| (o.file.as_ref(), o.error.as_ref()));
+    let file = match file {
+        Some(raw) => template(source, raw, "output.file")?,
+        None => NameTemplate::new("{field}_{step:06}.png")?,
+    };
+    let Some(raw) = error else { return Ok(file.into()) };
+    let (text, key) = (raw.get_ref(), "output.error");
+    let error = template(source, raw, key)?;
+    if !text.ends_with(".png") {
+        return Err(source.bad(raw.span(), key, format!("{text:?}: expected a name that ends in .png")));
+    }
+    if error == file {
+        let what = "the same as output.file, expected another name";
+        return Err(source.bad(raw.span(), key, format!("{text:?}: {what}")));
+    }
+    Ok(Output { error: Some(error), ..file.into() })
 }
 
 #[cfg(test)]

@@ -1,12 +1,11 @@
 //! A scene: what to draw and how.
 
-use crate::backend::{Adapter, Backend};
 use crate::camera::Camera;
 use crate::labels::Labels;
-use crate::method::Method;
 use crate::name::Output;
 use crate::scenery::{Heights, Level, Lines, Paint, Pattern, Scenery, Surface, Volume};
 use crate::transfer::TransferFunction;
+use std::fmt;
 use std::ops::RangeInclusive;
 
 /// Floating-point precision of the kernel's inner loop. Positions are in f64 either way.
@@ -31,6 +30,55 @@ pub enum Scheme {
     Tiles,
     /// Sort-last: each rank draws its own cells in all tiles, and rays are put together of what ranks send each other.
     Fragments,
+}
+
+/// The device that traces rays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Backend {
+    /// A GPU where there is one, else the CPU.
+    #[default]
+    Auto,
+    /// The CPU.
+    Cpu,
+    /// A GPU, or a processor that acts as one; the CPU where there is neither, and for what they cannot do.
+    Gpu,
+}
+
+/// Which of several GPUs.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum Adapter {
+    /// The one of this number, from 0 (`icoray devices` lists them).
+    Number(usize),
+    /// Devices whose name contains this text, in any case.
+    Name(String),
+}
+
+/// Text of a user: a number, or else a part of a name.
+impl From<&str> for Adapter {
+    fn from(text: &str) -> Self {
+        text.parse().map_or_else(|_| Adapter::Name(text.to_owned()), Adapter::Number)
+    }
+}
+
+impl fmt::Display for Adapter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Adapter::Number(number) => write!(f, "{number}"),
+            Adapter::Name(name) => write!(f, "{name:?}"),
+        }
+    }
+}
+
+/// How a piece is integrated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// f linear over the piece, colour the mean of its ends (the paper's piecewise linear approximation).
+    Paper,
+    /// The bend of f kept, colour to the scene's tolerance.
+    #[default]
+    Exact,
 }
 
 /// Where light comes from.
@@ -68,9 +116,8 @@ pub struct Scene {
     /// Fields shown as volumes, at least one: extinctions add up, colours mix by extinction. The first one's field
     /// gives the scene its layers and the picture its name; where a scene shows no volume, it is transparent.
     pub volumes: Vec<Volume>,
-    /// Of the steps that a running model offers, those that are multiples of this are drawn; at least 1. See
-    /// [`Scene::is_due`]. The renderer itself draws every scene; `icoray render` takes the times of a file for
-    /// steps.
+    /// Of the steps that a running model offers, those that are multiples of this are drawn; at least 1. The renderer
+    /// itself draws every scene; `icoray render` takes the times of a file for steps.
     pub every: u32,
     /// Picture width in pixels.
     pub width: u32,
@@ -237,11 +284,5 @@ impl Scene {
     /// The names of the fields of which derived ones are made; some may be of derived ones.
     pub fn derivation_inputs(&self) -> impl Iterator<Item = &str> {
         self.scenery.derived.iter().flat_map(|derived| derived.how.fields())
-    }
-
-    /// Whether the step is one to draw: a multiple of [`Scene::every`], 0 and negative ones included. An `every` of 0,
-    /// which no scene file can have, counts as 1.
-    pub fn is_due(&self, step: i64) -> bool {
-        step % i64::from(self.every.max(1)) == 0
     }
 }

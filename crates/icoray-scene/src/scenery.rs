@@ -64,8 +64,7 @@ pub struct Volume {
     /// Name of the field.
     pub field: String,
     /// From values to colour and extinction. Where the range follows the data it is a stand-in over 0 to 1 (1 to 10 on
-    /// a log scale); a renderer draws with the range that it finds, as [`Scene::over`](crate::scene::Scene::over)
-    /// makes it.
+    /// a log scale); a renderer draws with the ranges that it finds ([`Scene::over_each`](crate::Scene::over_each)).
     pub transfer: TransferFunction,
     /// Colour map and opacities of the transfer function; `None` if its knots are given.
     pub coloring: Option<Coloring>,

@@ -8,20 +8,17 @@ mod condition;
 mod motion;
 mod path;
 mod schedule;
-mod summary;
 mod sweep;
 
-pub use condition::{Condition, Statistic};
+pub use condition::{Condition, Statistic, Summary};
 pub(crate) use motion::{Clock, Motion, Orbit};
 pub(crate) use path::{Path, PathError, PathKey};
 pub(crate) use schedule::Schedule;
-pub use summary::Summary;
 pub(crate) use sweep::{Axis, CameraPlace, Sweep};
 
 use crate::Heights;
-use crate::name::{NameTemplate, Stamp};
+use crate::name::{Cinema, Concat, NameTemplate, Series, Stamp};
 use crate::scene::Scene;
-use crate::series::{Cinema, Concat, Series};
 use crate::template::Template;
 use icoray_grid::{Error, ErrorKind, Result};
 
@@ -31,15 +28,9 @@ use icoray_grid::{Error, ErrorKind, Result};
 /// file's own. Tables are merged key by key, arrays are replaced; a key that goes instead of others (`eye` instead of
 /// `lon` and `lat`, `knots` instead of `map`) takes their place.
 ///
-/// - `every`, `at_steps` and `at_times` say at which steps a view is drawn: at those that any of them names, and at all
-///   where none is given. A time, in seconds, is reached by one step: the first one at it or later.
-/// - `when` is a condition on a field, such as `"max(vorticity) > 1e-4"`, or a list of such; all must hold as well.
-/// - `camera.orbit` and `camera.path` move the camera.
-/// - `[sweep]` has lists of `lon`, `lat`, `distance`, `exaggeration` and `field`, and draws their product each time,
-///   the last list the fastest.
-/// - `output.cinema` and `output.concat` name a Cinema database and a list of pictures for ffmpeg, at `output.fps`.
-/// - `async_render` asks a running model to render in the background.
-/// - `[live]` asks a running model for a page on which its pictures are watched ([`Live`]).
+/// Further keys say when a view is drawn (`every`, `at_steps`, `at_times`, `when`), how its camera moves
+/// (`camera.orbit`, `camera.path`), what it sweeps (`[sweep]`), which series of pictures are kept (`output.cinema`,
+/// `output.concat`), and what a running model is asked for (`async_render`, `[live]`).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Script {
     views: Vec<View>,
@@ -165,55 +156,33 @@ impl Script {
         views.filter(|view| is_2d(view.scene.field())).for_each(|view| view.scene.show_as_surface());
     }
 
-    /// The views whose turn the step is but for their conditions. `before` is the step that was offered before it, and
-    /// `None` for a run's first one: see [`Script::due`].
+    /// The views whose turn the step is but for their conditions. Every step of a run is offered, `before` being the one
+    /// offered before it. Where there is none, times of `at_times` before `now` are drawn if `now` is step 1 or
+    /// earlier; a run that begins later goes on with another one, which drew them, but for what the one step to
+    /// `now` has reached.
     pub fn scheduled<'s>(&'s self, now: &Stamp, before: Option<&Stamp>) -> impl Iterator<Item = &'s View> {
         self.views.iter().filter(move |view| view.schedule.is_due(now, before))
     }
 
-    /// The pictures that are due at a step, view by view. Every step of a run is offered, `before` being the one
-    /// offered before it. Where there is none, times of `at_times` before `now` are drawn if `now` is step 1 or
-    /// earlier; a run that begins later goes on with another one, which drew them, but for what the one step to
-    /// `now` has reached.
-    ///
-    /// `statistic` is asked for fields of [`Condition::field`]; `None` says that all values are missing, and no
-    /// condition on them holds. It is not asked where no scheduled view has a condition.
-    ///
-    /// # Errors
-    /// Those that `statistic` returns.
-    pub fn due(
-        &self,
-        now: &Stamp,
-        before: Option<&Stamp>,
-        statistic: &mut dyn FnMut(&str, Statistic) -> Result<Option<f64>>,
-    ) -> Result<Vec<Shot>> {
-        let mut shots = Vec::new();
-        for view in self.scheduled(now, before) {
-            if view.holds(statistic)? {
-                shots.extend(view.shots(now));
-            }
-        }
-        Ok(shots)
-    }
-
-    /// Whether anything may be due at a step, from its number alone.
-    pub fn may_be_due(&self, step: i64) -> bool {
-        self.views.iter().any(|view| view.schedule.may_be_due(step))
-    }
-
     /// The names of the model's fields that any picture or condition needs, each once.
     pub fn model_fields(&self) -> Vec<String> {
-        let mut names: Vec<String> = Vec::new();
-        for view in &self.views {
+        let of_view = |view: &View| {
             let conditions = view.conditions.iter().map(|condition| condition.field().to_owned());
-            for name in view.model_fields().into_iter().chain(conditions) {
-                if !names.contains(&name) {
-                    names.push(name);
-                }
-            }
-        }
-        names
+            view.model_fields().into_iter().chain(conditions).collect::<Vec<String>>()
+        };
+        each_once(self.views.iter().flat_map(of_view))
     }
+}
+
+/// The names, each once.
+fn each_once(names: impl Iterator<Item = String>) -> Vec<String> {
+    let mut once = Vec::new();
+    for name in names {
+        if !once.contains(&name) {
+            once.push(name);
+        }
+    }
+    once
 }
 
 impl From<Scene> for Script {
@@ -248,7 +217,8 @@ impl View {
         &self.conditions
     }
 
-    /// Whether all conditions hold.
+    /// Whether all conditions hold. `statistic` is asked for fields of [`Condition::field`], as long as the conditions
+    /// before hold; `None` says that all values are missing, and no condition on them holds.
     ///
     /// # Errors
     /// Those that `statistic` returns.
@@ -291,22 +261,16 @@ impl View {
 
     /// The names of the model's fields that its pictures need, each once.
     pub fn model_fields(&self) -> Vec<String> {
-        let mut names: Vec<String> = Vec::new();
-        for scene in self.scenes() {
-            for name in scene.model_fields() {
-                if !names.iter().any(|known| known == name) {
-                    names.push(name.to_owned());
-                }
-            }
-        }
-        names
+        let of_scene = |scene: Scene| scene.model_fields().into_iter().map(str::to_owned).collect::<Vec<String>>();
+        each_once(self.scenes().flat_map(of_scene))
     }
 
     /// Puts the values of a combination into the files' names.
     fn name_files(&self, scene: &mut Scene, numbers: &[usize]) {
         let named = self.name.iter().map(|name| ("view", name.clone()));
-        let values: Vec<_> = named.clone().chain(self.sweep.values(numbers)).collect();
-        let parameters = named.chain(self.sweep.cells(numbers)).collect();
+        let values: Vec<_> = named.clone().chain(self.sweep.values(numbers, |value| value.to_string())).collect();
+        // With a point in all numbers, so that those of a list are of one type.
+        let parameters = named.chain(self.sweep.values(numbers, |value| format!("{value:?}"))).collect();
         let field = [("field", scene.field().to_owned())];
         let output = &mut scene.output;
         output.file = output.file.with(&values);

@@ -156,9 +156,7 @@ pub fn date(stamp: &Stamp) -> Result<[&str; 6]> {
     let bad = |what| {
         Error::new(ErrorKind::Argument, format!("date {what}, expected YYYY-MM-DD_hh:mm:ss (the output name needs it)"))
     };
-    let Some(text) = &stamp.date else {
-        return Err(bad("is absent".to_string()));
-    };
+    let text = stamp.date.as_ref().ok_or_else(|| bad("is absent".to_owned()))?;
     let trimmed = text.trim().trim_end_matches('Z');
     let parts: Vec<&str> = trimmed.split(['-', '_', 'T', ':', ' ']).collect();
     let all_digits = |p: &&str| !p.is_empty() && p.bytes().all(|b| b.is_ascii_digit() || b == b'.');

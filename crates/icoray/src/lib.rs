@@ -145,8 +145,7 @@ pub mod output {
         figures, png_bytes, png_layers, printed_units, rgba8, write_animation, write_color_maps, write_error_map,
         write_frame, write_picture, write_picture_with, write_text,
     };
-    pub use icoray_scene::name::{FrameNames, NameTemplate, Output, Stamp};
-    pub use icoray_scene::series::{Cinema, Concat, Series};
+    pub use icoray_scene::name::{Cinema, Concat, FrameNames, NameTemplate, Output, Series, Stamp};
 }
 
 /// The library's version.

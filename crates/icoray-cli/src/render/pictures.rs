@@ -5,8 +5,7 @@ use super::output_queue::OutputQueue;
 use super::{agree, print_blocks};
 use crate::failure::CommandResult;
 use icoray::{Frame, Ranks, Result, Shot, View};
-use icoray_dataset::view::answers;
-use icoray_dataset::{Dataset, Drawing, FieldCache, LayerSelection, NativeHeightCache, Series};
+use icoray_dataset::{Dataset, Drawing, FieldCache, LayerSelection, NativeHeightCache, Series, view};
 use icoray_live::Question;
 use icoray_progress::Progress;
 use std::io::Write;
@@ -75,11 +74,11 @@ impl<'a> Pictures<'a> {
         match question {
             Question::Histogram { field, reply } => {
                 let at = (self.file, due.time);
-                reply.send(answers::histogram(&field, at, layers_wanted, &fields, drawing.renderer));
+                reply.send(view::histogram(&field, at, layers_wanted, &fields, drawing.renderer));
             }
             Question::Probe { at, reply } => {
                 let from = (&fields, &self.heights);
-                reply.send(answers::probe((&shot.scene, at), self.file, drawing, from, Some(shown)));
+                reply.send(view::probe((&shot.scene, at), self.file, drawing, from, Some(shown)));
             }
             Question::Look { look, reply } => {
                 let (grid, renderer, look) = (drawing.grid, drawing.renderer, look.completion(true));

@@ -3,8 +3,8 @@
 use super::thickness::{self, Columns};
 use super::{HeightColumns, ICON_COLUMNS, LayerHeights, expect, is_over_mpas_levels, looked_for, of_axis, sigma};
 use crate::field::{FieldInfo, OwnedField};
-use crate::floor::Floor;
 use crate::mesh::{Mesh, MeshLayout};
+use crate::sea::Floor;
 use crate::source::{Kind, SourceVariable};
 use crate::sources::{IN_ANOTHER_FILE, Sources};
 use icoray::{CenterField, Error, ErrorKind, Field, Grid, Layers, Location, Result, Shape};
@@ -17,10 +17,7 @@ use std::ops::Range;
 /// floor and above an ice shelf have no thickness, and a column without water has no heights. ICON's, over triangles,
 /// are averaged to cells as its fields are.
 #[derive(Debug)]
-pub struct NativeHeights {
-    description: String,
-    stored: Stored,
-}
+pub struct NativeHeights(Stored);
 
 #[derive(Debug)]
 enum Stored {
@@ -158,21 +155,7 @@ impl NativeHeights {
                 }
             }
         };
-        Ok(Some(NativeHeights { description: heights.description(sources, mesh), stored }))
-    }
-
-    /// Description of their source: "zgrid of each column".
-    pub fn description(&self) -> &str {
-        &self.description
-    }
-
-    /// Bytes in memory.
-    pub fn bytes(&self) -> usize {
-        match &self.stored {
-            Stored::AsRead(read) => read.bytes(),
-            Stored::Averaged(average) => average.bytes(),
-            Stored::AddedUp(columns) => columns.heights.bytes(),
-        }
+        Ok(Some(NativeHeights(stored)))
     }
 
     /// All heights, borrowed: one column per cell, layers in the file's order.
@@ -180,7 +163,7 @@ impl NativeHeights {
     /// # Errors
     /// As [`Field::new`].
     pub fn all(&self) -> Result<Field<'_>> {
-        match &self.stored {
+        match &self.0 {
             Stored::AsRead(read) => read.field(),
             Stored::Averaged(average) => Ok(average.field()),
             Stored::AddedUp(columns) => Field::new(columns.heights.as_reals(), columns.shape, Location::Center, None),

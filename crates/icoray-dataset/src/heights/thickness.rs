@@ -6,7 +6,7 @@
 
 use super::MeanHeights;
 use super::columns::HeightStatistics;
-use crate::floor::Floor;
+use crate::sea::Floor;
 use crate::source::{SourceVariable, Variable};
 use crate::sources::Sources;
 use crate::values::ShapedValues;

@@ -1,8 +1,8 @@
 //! Longitudes and latitudes in radians, converted from the unit in the file, and places on the unit sphere.
 
 use super::tables::{Positions, find};
-use crate::reals::change_each;
 use crate::source::{Source, SourceVariable};
+use crate::values::change_each;
 use icoray::{ErrorKind, OwnedReals, Result};
 use std::f64::consts::{FRAC_PI_2, TAU};
 

@@ -1,8 +1,10 @@
 //! Polygons with bounds: each cell's points without tables, as in DYNAMICO's files and in grid files of SCRIP; and
-//! ICON's triangles with theirs.
+//! ICON's triangles as the corners of hexagons: icoray's cells are the triangles' points, its corners the triangles.
 //!
-//! Coincident points are one corner. A polygon with fewer points than the row length repeats some. Triangles without
-//! middles have the centres of the circles through their points, as ICON's are.
+//! Coincident points are one corner. A polygon with fewer points than the row length repeats some. ICON's grid files
+//! have a table of triangles ([`super::triangles`]); files with data mostly have none, but each triangle's own three
+//! points (`clon_bnds`, `clat_bnds`; extpar's `clon_vertices`, `clat_vertices`). Triangles without middles have the
+//! centres of the circles through their points, as ICON's are.
 //! Formats: CF conventions 1.11, §7.1; SCRIP user's guide 1.4, §2.2.3.
 
 use super::angles::{distance, of_directions, positions, read_bounds};
@@ -11,7 +13,7 @@ use super::points::DistinctPoints;
 use super::polygons::Polygons;
 use super::tables::{Mesh, MeshLayout, Positions};
 use crate::source::{Source, SourceVariable};
-use crate::sources::Sources;
+use crate::sources::{IN_ANOTHER_FILE, Sources};
 use icoray::{ErrorKind, Result, circumcenter};
 
 /// Points nearer to each other than this fraction of the shortest side count as one. Degrees in f32 are accurate to
@@ -50,7 +52,7 @@ impl<'a> PolygonVariables<'a> {
     }
 
     /// Triangles.
-    pub fn of_triangles(source: &'a dyn Source) -> Option<Self> {
+    fn of_triangles(source: &'a dyn Source) -> Option<Self> {
         let found =
             MIDDLES_OF_TRIANGLES.into_iter().find_map(|middle| Self::named(source, middle, |points| points == 3));
         found.map(|found| PolygonVariables { are_corners: true, ..found })
@@ -150,4 +152,27 @@ fn shortest<'p>(
 
 fn sum(points: &[[f64; 3]]) -> [f64; 3] {
     points.iter().fold([0.0; 3], |sum, point| [0, 1, 2].map(|k| sum[k] + point[k]))
+}
+
+/// Whether any of the files has triangles with their points.
+pub(super) fn has_triangles(sources: &Sources) -> bool {
+    sources.all().any(|source| PolygonVariables::of_triangles(source).is_some())
+}
+
+/// Whether any of the files has triangles' middles. Only ICON has `clon`.
+pub(super) fn has_middles(sources: &Sources) -> bool {
+    sources.all().any(|source| source.variable("clon").is_some_and(|v| v.after_time().len() == 1))
+}
+
+pub(super) fn read_triangles(sources: &Sources) -> Result<Mesh> {
+    match sources.others_first().find_map(PolygonVariables::of_triangles) {
+        Some(triangles) => triangles.mesh(),
+        None => Err(sources.error(
+            ErrorKind::Grid,
+            format_args!(
+                "no clon_bnds or clon_vertices, clat_bnds or clat_vertices of triangles with 3 points: without them or \
+                 vertex_of_cell(nv, cell) with vlon and vlat the triangles are not known; {IN_ANOTHER_FILE}"
+            ),
+        )),
+    }
 }

@@ -5,7 +5,7 @@
 //! Format: CF conventions 1.11, §4.1, §4.2 and §5.2.
 
 use super::angles::positions;
-use super::tables::{Mesh, MeshLayout, Positions};
+use super::tables::{Mesh, MeshLayout, POINTS, Positions};
 use crate::source::{Dimension, SourceVariable, without_group};
 use crate::sources::Sources;
 use icoray::{OwnedReals, OwnedTables, Result};
@@ -104,5 +104,5 @@ pub(super) fn of_points(path: &Path, center: Positions, name: &str) -> Result<Me
     let [lon, lat] = corner.map(OwnedReals::F64);
     let places = [center, Positions { lon, lat }];
     let mesh = Mesh::of_tables(path, MeshLayout::Polygons, places, corner_cell, connectivity);
-    Ok(Mesh { is_of_points: true, ..mesh })
+    Ok(Mesh { format: POINTS, ..mesh })
 }

@@ -13,12 +13,7 @@ const TABLES: [&str; 6] =
 
 /// Whether any of the files follows MPAS's conventions.
 pub(super) fn is_in(sources: &Sources) -> Result<bool> {
-    for source in sources.all() {
-        if source.dimension_len("nCells")?.is_some() {
-            return Ok(true);
-        }
-    }
-    Ok(false)
+    Ok(sources.dimension_len("nCells")?.is_some())
 }
 
 /// Whether any of the files has a table of neighbours.

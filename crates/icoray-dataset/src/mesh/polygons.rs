@@ -109,7 +109,10 @@ impl Polygons {
                 }
                 edge_corner.extend([one, other]);
                 for corner in [one, other] {
-                    put_edge(&mut corner_edge, corner, number, corners)?;
+                    if !put(places(&mut corner_edge, corner, corners, 3)?, number) {
+                        let what = format!("corner {corner} has more than 3 edges");
+                        return Err(Error::new(ErrorKind::Unsupported, what));
+                    }
                 }
             }
         }
@@ -210,14 +213,6 @@ pub(super) fn cells_of_corners(edge_corner: &[i32], edge_cell: &[i32], corners: 
         }
     }
     Ok(table)
-}
-
-fn put_edge(corner_edge: &mut [i32], corner: i32, edge: i32, corners: usize) -> Result<()> {
-    let place = places(corner_edge, corner, corners, 3)?;
-    if put(place, edge) {
-        return Ok(());
-    }
-    Err(Error::new(ErrorKind::Unsupported, format!("corner {corner} has more than 3 edges")))
 }
 
 /// Stores an entry in the first free place; returns whether there is one.

@@ -32,6 +32,9 @@ impl MeshLayout {
     }
 }
 
+/// The format of a mesh that was made from points alone.
+pub(super) const POINTS: &str = "points";
+
 /// Meaning of cells and corners for a file of triangles.
 const OF_TRIANGLES: &str = "corners are the triangles of the file, cells its points";
 
@@ -42,8 +45,7 @@ const OF_TRIANGLES: &str = "corners are the triangles of the file, cells its poi
 /// has no tables, and all others are derived from it, numbered from 0. For polygons with bounds, coincident points are
 /// one corner, and all tables are derived from the polygons' corners, numbered from 0. UGRID's faces are such polygons,
 /// or triangles like ICON's. If more than three polygons meet, the polygon of their middles is cut into triangles,
-/// which are the corners ([`Mesh::corners_in_file`]). For columns without tables the corners are Delaunay triangles
-/// ([`Mesh::is_of_points`]).
+/// which are the corners ([`Mesh::corners_in_file`]). For columns without tables the corners are Delaunay triangles.
 #[derive(Debug)]
 pub struct Mesh {
     pub(super) path: PathBuf,
@@ -54,9 +56,7 @@ pub struct Mesh {
     pub(super) connectivity: Connectivity,
     /// The file's corners; `None` if the mesh's corners are the file's.
     pub(super) file_corners: Option<FileCorners>,
-    /// Whether the corners are Delaunay triangles of points.
-    pub(super) is_of_points: bool,
-    /// The name of the file's format.
+    /// The name of the file's format; [`POINTS`] if the corners are Delaunay triangles of points.
     pub(super) format: &'static str,
 }
 
@@ -142,7 +142,6 @@ impl Mesh {
             corner_cell,
             connectivity,
             file_corners: None,
-            is_of_points: false,
             format: layout.format(),
         }
     }
@@ -196,11 +195,6 @@ impl Mesh {
         self.file_corners.as_ref().map(|corners| corners.row.as_slice())
     }
 
-    /// Whether the mesh was made from points alone: the corners are the Delaunay triangles of the cells' middles.
-    pub fn is_of_points(&self) -> bool {
-        self.is_of_points
-    }
-
     /// A description of the tables with their sizes.
     pub fn in_words(&self) -> String {
         let [cells, corners, edges] = [self.cells(), self.corners(), self.edges()];
@@ -213,26 +207,17 @@ impl Mesh {
     pub fn made_in_words(&self) -> Option<String> {
         let cut = |file: &FileCorners| format!("corners are triangles, made of {} corners of the file", file.count);
         let of_points = "corners are the Delaunay triangles of the points";
-        if self.is_of_points { Some(of_points.to_owned()) } else { self.file_corners.as_ref().map(cut) }
+        if self.format == POINTS { Some(of_points.to_owned()) } else { self.file_corners.as_ref().map(cut) }
     }
 
     /// The name of the file's format, or "points" if the mesh was made from points alone.
     pub fn format(&self) -> &'static str {
-        if self.is_of_points { "points" } else { self.format }
+        self.format
     }
 
     /// Number of edges.
     pub fn edges(&self) -> usize {
         self.tables().edges()
-    }
-
-    /// Bytes of the tables.
-    pub fn bytes(&self) -> usize {
-        let of_file = self.file_corners.as_ref().map_or(0, |corners| size_of_val(corners.row.as_slice()));
-        let reals = [&self.center, &self.corner].map(|p| p.lon.bytes() + p.lat.bytes());
-        let Connectivity { corner_edge, edge_corner, cell_corner, cell_corner_count, .. } = &self.connectivity;
-        let indices = [cell_corner, cell_corner_count, &self.corner_cell, corner_edge, edge_corner];
-        of_file + reals.iter().sum::<usize>() + indices.map(|table| size_of_val(table.as_slice())).iter().sum::<usize>()
     }
 
     /// The mesh of a file in a format of this name; one of MPAS stays that.

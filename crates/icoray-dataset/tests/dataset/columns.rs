@@ -27,7 +27,7 @@ fn columns_are_cells_for_any_name_of_coordinates() {
         (["lonCell", "latCell"], ["rad", "rad"], 1.0),
     ] {
         let file = open(&made(names, units, |rad| scale * rad));
-        assert!(file.mesh().is_of_points() && file.mesh().in_words().starts_with("points: 162 cells, 320 corners"));
+        assert!(file.mesh().in_words().starts_with("points: 162 cells, 320 corners"));
         assert_eq!(file.mesh().grid().unwrap().void_triangles(), 0);
         let fields: Vec<_> = file.fields().iter().map(|info| (info.name.as_str(), info.location)).collect();
         assert_eq!(fields, [("PS", Location::Center)], "{names:?}");
@@ -39,18 +39,18 @@ fn columns_are_cells_for_any_name_of_coordinates() {
 fn tables_and_bounds_go_before_columns() {
     let mut made = Made::mesh(false);
     made.add("PS", &["nCells"], Values::F64(vec![1.0; 42]));
-    assert!(!open(&made).mesh().is_of_points());
+    assert!(open(&made).mesh().format() != "points");
     for table in ["verticesOnCell", "cellsOnVertex", "edgesOnVertex", "verticesOnEdge", "cellsOnEdge"] {
         made.remove(table);
     }
     let without = open(&made);
-    assert!(without.mesh().is_of_points());
+    assert_eq!(without.mesh().format(), "points");
     assert_eq!((without.mesh().cells(), without.mesh().corners()), (42, 80));
     let mut icon = Made::icon_data(Angles::Degrees);
-    assert!(!open(&icon).mesh().is_of_points());
+    assert!(open(&icon).mesh().format() != "points");
     ["clon_bnds", "clat_bnds"].iter().for_each(|name| icon.remove(name));
     let without = open(&icon);
-    assert!(without.mesh().is_of_points());
+    assert_eq!(without.mesh().format(), "points");
     assert_eq!(without.mesh().cells(), 80);
 }
 
@@ -92,7 +92,7 @@ fn rows(is_curvilinear: bool, is_level_last: bool) -> Made {
 fn rows_and_columns_are_columns() {
     for (is_curvilinear, is_level_last) in [(true, false), (false, false), (true, true), (false, true)] {
         let file = open(&rows(is_curvilinear, is_level_last));
-        assert_eq!((file.mesh().cells(), file.mesh().is_of_points()), (84, true));
+        assert_eq!((file.mesh().cells(), file.mesh().format()), (84, "points"));
         assert_eq!(file.mesh().grid().unwrap().void_triangles(), 0);
         let center = file.mesh().tables().center;
         let [lon, lat] = [center.lon_rad, center.lat_rad].map(|angle| angle.get(30).to_degrees().round());

@@ -2,7 +2,7 @@
 
 use crate::made::{Made, Values};
 use crate::made_icon::{Angles, LAYERS};
-use crate::memory::{direction_of, expect, names, open, open_error, opened, values};
+use crate::memory::{direction_of, expect, names, open, opened, spoilt, values};
 use icoray::{ErrorKind, Grid, IcosahedralMesh, Location};
 use icoray_dataset::MeshLayout;
 
@@ -48,19 +48,19 @@ fn tables_that_nothing_determines_are_named() {
         &["cellsOnVertex", "verticesOnCell", "cellsOnEdge"][..],
         &["cellsOnVertex", "verticesOnCell", "verticesOnEdge", "edgesOnVertex"],
     ] {
-        let mut made = Made::mesh(false);
-        lacking.iter().for_each(|name| made.remove(name));
-        let error = open_error(&made);
+        let error = spoilt(Made::mesh(false), |made| lacking.iter().for_each(|name| made.remove(name)));
         expect(&error, ErrorKind::Grid, &["made.nc", "cellsOnVertex is missing", "another file"]);
     }
-    let mut made = Made::mesh(false);
-    made.remove("cellsOnVertex");
-    made.i32s("verticesOnCell")[9] = 81;
-    expect(&open_error(&made), ErrorKind::Grid, &["cell 1: corner 80, expected 0 to 79"]);
-    let mut made = Made::mesh(false);
-    ["verticesOnEdge", "verticesOnCell"].iter().for_each(|name| made.remove(name));
-    made.i32s("edgesOnVertex")[9] = i32::MAX;
-    expect(&open_error(&made), ErrorKind::Grid, &["made.nc", "edge 2147483646, expected 0 to 239"]);
+    let error = spoilt(Made::mesh(false), |made| {
+        made.remove("cellsOnVertex");
+        made.i32s("verticesOnCell")[9] = 81;
+    });
+    expect(&error, ErrorKind::Grid, &["cell 1: corner 80, expected 0 to 79"]);
+    let error = spoilt(Made::mesh(false), |made| {
+        ["verticesOnEdge", "verticesOnCell"].iter().for_each(|name| made.remove(name));
+        made.i32s("edgesOnVertex")[9] = i32::MAX;
+    });
+    expect(&error, ErrorKind::Grid, &["made.nc", "edge 2147483646, expected 0 to 239"]);
 }
 
 #[test]
@@ -197,10 +197,7 @@ fn hexagons_with_bounds_are_a_mesh() {
 
 #[test]
 fn polygons_that_are_none_are_named() {
-    let mut made = Made::dynamico(Angles::Degrees);
-    let bounds = made.f64s("lat_bnds");
-    bounds[13] = f64::NAN;
-    let error = open_error(&made);
+    let error = spoilt(Made::dynamico(Angles::Degrees), |made| made.f64s("lat_bnds")[13] = f64::NAN);
     expect(&error, ErrorKind::Grid, &["the bounds of cell 2 are", "NaN", "three different points"]);
 }
 

@@ -136,9 +136,8 @@ fn nodes_of_fesom_are_cells_with_a_floor() {
         assert_eq!(file.field_info("u").unwrap().location, Location::Corner);
         // A level that is picked has its floor.
         let options = DatasetOptions { at: vec![("nz1".into(), 2)], ..DatasetOptions::default() };
-        let owned = opened_with(&data, &[&fesom(is_by_place)], options).unwrap().read_field("temp", 0).unwrap();
-        let level = owned.field().unwrap();
-        assert!((0..42).all(|node| level.value(node, 0).is_finite() == (node % 4 == 3)));
+        let level = values(&opened_with(&data, &[&fesom(is_by_place)], options).unwrap(), "temp", 0);
+        assert!((0..42).all(|node| level(node, 0).is_finite() == (node % 4 == 3)));
         file.shared_mesh()
     });
     assert!(tables[0].is_same(&tables[1]));
@@ -220,14 +219,10 @@ fn fields_of_other_files_of_the_same_times_are_read_there() {
     let mut other = Made::history();
     other.variables.retain(|variable| !["theta", "rho"].contains(&variable.name));
     let all = opened(&own, &[&other]).unwrap();
-    assert_eq!(values(&all, "w", 1)(7, 1), value_of(&Made::history(), "w"));
+    assert_eq!(values(&all, "w", 1)(7, 1), value(1, 7, 1));
     // At other times it is not known which record belongs to which.
     other.variable("xtime").values =
         Values::Text(format!("{:<64}", "1999-01-01_00:00:00").repeat(RECORDS).into_bytes());
     let error = opened(&own, &[&other]).unwrap().read_field("w", 1).unwrap_err();
     expect(&error, ErrorKind::Field, &["no field w, but made.nc has w"]);
-}
-
-fn value_of(made: &Made, name: &str) -> f64 {
-    open(made).read_field(name, 1).unwrap().field().unwrap().value(7, 1)
 }

@@ -1,7 +1,7 @@
 //! Fields at edges, as values at the centres beside them.
 
 use crate::made::{Made, Values};
-use crate::memory::{direction, expect, open, open_error, opened};
+use crate::memory::{direction, expect, open, open_error, opened, values};
 use icoray::{ErrorKind, IcosahedralMesh, Location};
 use icoray_dataset::Dataset;
 
@@ -89,8 +89,8 @@ fn components_normal_to_edges_are_vectors_at_cells() {
     assert_eq!((info.location, info.columns, info.is_from_edges()), (Location::Center, 42, true));
     assert_eq!(info.description.long_name.as_deref(), Some("u, zonal component"));
     expect_rotation(&file, "u", at, &[]);
-    let (owned, beside) = (file.read_field("rho_edge", 0).unwrap(), beside(&mut made));
-    for (cell, value) in (0..42).map(|cell| (cell, owned.field().unwrap().value(cell, 0))) {
+    let (density, beside) = (values(&file, "rho_edge", 0), beside(&mut made));
+    for (cell, value) in (0..42).map(|cell| (cell, density(cell, 0))) {
         let own: Vec<f64> = (0..EDGES).filter(|e| beside[*e].contains(&(cell as i32))).map(|e| e as f64).collect();
         assert!((value - own.iter().sum::<f64>() / own.len() as f64).abs() < 1e-5, "cell {cell}: {value}");
     }
@@ -190,12 +190,11 @@ fn with_middles_elsewhere(made: &mut Made, [nodes, faces]: [[&[f64]; 2]; 2], row
     for (k, name) in ["face_x", "face_y"].into_iter().enumerate() {
         *made.f64s(name) = places.iter().map(|place| place[k]).collect();
     }
-    let zonal = open(made).read_field("un_zonal", 0).unwrap();
-    let value = |face: usize| zonal.field().unwrap().value(face, 0);
+    let zonal = values(&open(made), "un_zonal", 0);
     places
         .iter()
         .enumerate()
-        .map(|(face, [lon, lat])| (value(face) - rotation(*lon, *lat)[0]).abs())
+        .map(|(face, [lon, lat])| (zonal(face, 0) - rotation(*lon, *lat)[0]).abs())
         .fold(0.0, f64::max)
 }
 
@@ -215,15 +214,15 @@ fn edges_of_ugrid_are_known_by_their_faces_or_their_nodes() {
             let mut made = ugrid(table, places, rows.clone(), &of_edges);
             add_rotation(&mut made, "un", "edge", &beside, places[1]);
             made.last().attributes = vec![("long_name", "velocity normal to edges".into())];
-            let values = (0..EDGES).map(|edge| f64::from(beside[edge][0] + beside[edge][1]));
-            made.add("sum", &["time", "edge"], Values::F64(values.collect()));
+            let sums = (0..EDGES).map(|edge| f64::from(beside[edge][0] + beside[edge][1]));
+            made.add("sum", &["time", "edge"], Values::F64(sums.collect()));
             let file = open(&made);
             expect_rotation(&file, "un", places[1], &[]);
-            let (sum, face) = (file.read_field("sum", 0).unwrap(), 7);
+            let face = 7;
             let own: Vec<f64> =
                 beside.iter().filter(|pair| pair.contains(&face)).map(|[a, b]| f64::from(a + b)).collect();
             let mean = own.iter().sum::<f64>() / own.len() as f64;
-            assert!((sum.field().unwrap().value(face as usize, 0) - mean).abs() < 1e-9, "{table}");
+            assert!((values(&file, "sum", 0)(face as usize, 0) - mean).abs() < 1e-9, "{table}");
             let off = with_middles_elsewhere(&mut made, places, &rows);
             assert!(off < 0.08 * dot(OMEGA, OMEGA).sqrt(), "{table}: {off}");
             // A table of other shape is none.
@@ -259,8 +258,8 @@ fn edges_of_fesom_have_a_table() {
     }
     let file = open(&made);
     assert_eq!(file.field_info("un_zonal").unwrap().location, Location::Corner);
-    let value = |element: usize| file.read_field("un_zonal", 0).unwrap().field().unwrap().value(element, 0);
-    assert!(value(3).is_nan());
+    let zonal = values(&file, "un_zonal", 0);
+    assert!(zonal(3, 0).is_nan());
     let expected = rotation(mesh.lon_corner_rad[70], mesh.lat_corner_rad[70])[0];
-    assert!((value(70) - expected).abs() < 1e-9);
+    assert!((zonal(70, 0) - expected).abs() < 1e-9);
 }

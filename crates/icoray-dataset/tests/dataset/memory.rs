@@ -69,10 +69,6 @@ impl Source for MemorySource {
         })
     }
 
-    fn integers(&self, variable: &Variable) -> Result<Vec<i32>> {
-        Ok(widened(&self.made(&variable.name)?.values).into_iter().map(|number| number as i32).collect())
-    }
-
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
         let Ok(MadeVariable { values: Values::Text(text), .. }) = self.made(&variable.name) else {
             panic!("{variable}, expected text")
@@ -130,6 +126,12 @@ pub fn open(made: &Made) -> Dataset {
 
 pub fn open_error(made: &Made) -> Error {
     opened(made, &[]).unwrap_err()
+}
+
+/// The error of a dataset in which `spoil` has changed something.
+pub fn spoilt(mut made: Made, spoil: impl FnOnce(&mut Made)) -> Error {
+    spoil(&mut made);
+    open_error(&made)
 }
 
 /// The values of a field at a time, by column and layer.

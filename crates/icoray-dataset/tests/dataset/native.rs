@@ -1,8 +1,7 @@
 //! Native heights: those of each column.
 
-use crate::made::{LAYERS, Made, RECORDS, Values};
+use crate::made::{LAYERS, Made, RECORDS, Values, levels};
 use crate::made_icon::{self, Angles};
-use crate::made_ocean::levels;
 use crate::memory::{expect, open, opened};
 use icoray::{CenterField, ErrorKind, Field, Location, Reals, Shape};
 use icoray_dataset::{Dataset, NativeHeights};
@@ -27,8 +26,7 @@ fn heights_of_mpas_are_those_of_zgrid() {
     assert_eq!(file.find_native_info("theta").unwrap(), Some(info.clone()));
     assert_eq!((info.description.as_str(), info.time_dependent), ("zgrid of each column", false));
     let heights = read(&file, "theta", 2);
-    assert_eq!(heights.bytes(), info.bytes);
-    assert_eq!((heights.description(), heights.bytes()), ("zgrid of each column", 4 * zgrid.len()));
+    assert_eq!(info.bytes, 4 * zgrid.len());
     assert!(matches!(heights.all().unwrap().samples(), Reals::F32(_)));
     // Layers of theta lie between interfaces, those of w on them.
     let means = file.layer_heights("theta").unwrap();
@@ -159,7 +157,7 @@ fn heights_over_triangles_are_averaged() {
     made.add("z_ifc", &["height_2", "ncells"], Values::F64(z.clone()));
     let file = open(&made);
     let heights = read(&file, "ta", 0);
-    assert_eq!(heights.description(), "z_ifc of each triangle, averaged to cells");
+    assert_eq!(file.native_info("ta").unwrap().description, "z_ifc of each triangle, averaged to cells");
     let shape = Shape::cell_fastest(80, made_icon::LAYERS + 1);
     let corners = Field::new(z.as_slice().into(), shape, Location::Corner, None).unwrap();
     let expected = CenterField::average(&grid, &corners).unwrap();

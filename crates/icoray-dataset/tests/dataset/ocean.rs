@@ -1,7 +1,6 @@
 //! MPAS-Ocean's files: layers from depths or thicknesses, and a sea floor.
 
-use crate::made::{LAYERS, Made, Values};
-use crate::made_ocean::{DEPTH_M, levels};
+use crate::made::{DEPTH_M, LAYERS, Made, Values, levels};
 use crate::memory::{expect, open, values};
 use icoray::{CenterField, ErrorKind};
 
@@ -31,6 +30,19 @@ fn values_below_the_sea_floor_are_missing() {
             if cells.iter().all(|&cell| layer < levels(cell)) {
                 assert!(cells.iter().all(|&cell| center.field().value(cell, layer).is_finite()));
             }
+        }
+    }
+}
+
+#[test]
+fn layers_of_an_ocean_have_its_floor() {
+    let file = open(&Made::ocean());
+    for (name, from) in [("theta", 1), ("w", 2)] {
+        let (all, some) = (file.read_field(name, 0).unwrap(), file.read_layers(name, 0, from..4).unwrap());
+        let (all, some) = (all.field().unwrap(), some.field().unwrap());
+        for (cell, layer) in (0..42).flat_map(|c| (0..4 - from).map(move |l| (c, l))) {
+            let pair = [all.value(cell, layer + from), some.value(cell, layer)];
+            assert_eq!(pair[0].to_bits(), pair[1].to_bits(), "{name} {cell} {layer}");
         }
     }
 }
@@ -109,6 +121,6 @@ fn corners_of_cells_that_there_are_not_have_no_water() {
     (cells[0], cells[4], cells[8]) = (i32::MIN, i32::MAX, 0);
     let file = open(&made);
     file.mesh().grid().unwrap_err();
-    let owned = file.read_field("vorticity", 0).unwrap();
-    assert!((0..3).all(|corner| owned.field().unwrap().value(corner, 0).is_nan()));
+    let vorticity = values(&file, "vorticity", 0);
+    assert!((0..3).all(|corner| vorticity(corner, 0).is_nan()));
 }

@@ -49,7 +49,7 @@ fn cells_of_scrip_are_polygons() {
     // Rows of pentagons repeat a corner.
     let hexagons = scrip(&[mesh.lon_corner_rad, mesh.lat_corner_rad], &mesh.cell_corner, 6);
     let file = opened(&data("ncol", 162), &[&hexagons]).unwrap();
-    assert!(!file.mesh().is_of_points());
+    assert!(file.mesh().format() != "points");
     assert_eq!((file.mesh().cells(), file.mesh().corners_in_file(), file.mesh().edges()), (162, 320, 480));
     assert_eq!(values(&file, "t", 0)(161, 0), value(0, 161, 0));
     expect_no_fields(&hexagons);
@@ -57,7 +57,7 @@ fn cells_of_scrip_are_polygons() {
     let mut masked = hexagons;
     ["grid_corner_lon", "grid_corner_lat"].iter().for_each(|name| masked.f64s(name)[42..48].fill(0.0));
     let file = opened(&data("ncol", 162), &[&masked]).unwrap();
-    assert_eq!((file.mesh().cells(), file.mesh().is_of_points()), (162, true));
+    assert_eq!((file.mesh().cells(), file.mesh().format()), (162, "points"));
     let triangles = scrip(&[mesh.lon_center_rad, mesh.lat_center_rad], &mesh.corner_cell, 3);
     let file = opened(&data("ncol", 320), &[&triangles]).unwrap();
     assert_eq!((file.mesh().cells(), file.mesh().corners_in_file()), (320, 162));
@@ -66,7 +66,7 @@ fn cells_of_scrip_are_polygons() {
     let nodes = [0, 1].map(|k| (0..12).map(|i| node(i)[k]).collect());
     let table: Vec<i32> = [0, 1, 2, 4, 5, 6].iter().flat_map(|i| [*i, i + 1, i + 5, i + 4]).collect();
     let file = opened(&rows(), &[&scrip(&nodes, &table, 4)]).unwrap();
-    assert_eq!((file.mesh().cells(), file.mesh().corners_in_file(), file.mesh().is_of_points()), (6, 12, false));
+    assert_eq!((file.mesh().cells(), file.mesh().corners_in_file(), file.mesh().format()), (6, 12, "polygons"));
     assert_eq!(values(&file, "t", 0)(4, 0), 4.0);
 }
 
@@ -111,7 +111,7 @@ fn elements_of_esmf_are_polygons() {
         expect(&error, ErrorKind::Grid, &["elementConn: 7 middles of faces, expected 54, one per face"]);
         // Data of another grid.
         let file = opened(&rows(), &[&mesh]).unwrap();
-        assert_eq!((file.mesh().cells(), file.mesh().is_of_points()), (6, true));
+        assert_eq!((file.mesh().cells(), file.mesh().format()), (6, "points"));
         let mut spoilt = mesh.clone();
         spoilt.i32s("elementConn")[2] = 57;
         let error = opened(&data("ncol", 54), &[&spoilt]).unwrap_err();
@@ -160,7 +160,7 @@ fn healpix(columns: usize, attributes: Vec<(&'static str, Values)>) -> Made {
 fn pixels_of_healpix_are_columns() {
     let new = vec![("refinement_level", 2.into()), ("indexing_scheme", "nested".into())];
     let file = open(&healpix(192, new.clone()));
-    assert!(file.mesh().is_of_points());
+    assert_eq!(file.mesh().format(), "points");
     let center = file.mesh().tables().center;
     let at = [center.lon_rad.get(3), center.lat_rad.get(3)].map(f64::to_degrees);
     assert!((at[0] - 45.0).abs() < 1e-9 && (at[1] - 30.0).abs() < 1e-9, "{at:?}");

@@ -1,44 +1,40 @@
 //! Wrong datasets are refused with the name of the fault.
 
 use crate::made::{Made, RADIUS_M, Values};
-use crate::memory::{expect, open, open_error, opened};
+use crate::memory::{expect, open, opened, spoilt};
 use icoray::ErrorKind;
 
 #[test]
 fn every_missing_position_is_named() {
     for table in ["lonCell", "latCell", "lonVertex", "latVertex"] {
-        let mut made = Made::mesh(false);
-        made.remove(table);
-        expect(&open_error(&made), ErrorKind::Grid, &["made.nc", table, "is missing", "another file"]);
+        let error = spoilt(Made::mesh(false), |made| made.remove(table));
+        expect(&error, ErrorKind::Grid, &["made.nc", table, "is missing", "another file"]);
     }
 }
 
 #[test]
 fn tables_of_another_shape_or_type_are_named() {
-    let mut made = Made::mesh(false);
-    made.variable("latCell").dimensions = vec!["nVertices"];
-    made.variable("latCell").values = Values::F64(vec![0.0; 80]);
-    expect(&open_error(&made), ErrorKind::Grid, &["latCell(nVertices = 80) of double, expected latCell(nCells)"]);
-
-    let mut made = Made::mesh(false);
-    made.variable("cellsOnVertex").values = Values::F64(vec![1.0; 240]);
-    expect(&open_error(&made), ErrorKind::Grid, &["cellsOnVertex", "of double", "of integer"]);
-
-    let mut made = Made::mesh(false);
-    made.variable("lonCell").values = Values::I32(vec![1; 42]);
-    expect(&open_error(&made), ErrorKind::Grid, &["lonCell", "of integer", "float or double"]);
-
-    let mut made = Made::mesh(false);
-    made.dimensions.iter_mut().find(|d| d.0 == "vertexDegree").unwrap().1 = 4;
-    for table in ["cellsOnVertex", "edgesOnVertex"] {
-        made.variable(table).values = Values::I32(vec![1; 320]);
-    }
-    expect(&open_error(&made), ErrorKind::Unsupported, &["vertexDegree is 4, expected 3"]);
-
-    let mut made = Made::mesh(false);
-    made.dimensions.iter_mut().find(|d| d.0 == "TWO").unwrap().1 = 1;
-    made.variable("verticesOnEdge").values = Values::I32(vec![1; 120]);
-    expect(&open_error(&made), ErrorKind::Grid, &["verticesOnEdge", "rows of 1, expected 2"]);
+    let error = spoilt(Made::mesh(false), |made| {
+        made.variable("latCell").dimensions = vec!["nVertices"];
+        made.variable("latCell").values = Values::F64(vec![0.0; 80]);
+    });
+    expect(&error, ErrorKind::Grid, &["latCell(nVertices = 80) of double, expected latCell(nCells)"]);
+    let error = spoilt(Made::mesh(false), |made| made.variable("cellsOnVertex").values = Values::F64(vec![1.0; 240]));
+    expect(&error, ErrorKind::Grid, &["cellsOnVertex", "of double", "of integer"]);
+    let error = spoilt(Made::mesh(false), |made| made.variable("lonCell").values = Values::I32(vec![1; 42]));
+    expect(&error, ErrorKind::Grid, &["lonCell", "of integer", "float or double"]);
+    let error = spoilt(Made::mesh(false), |made| {
+        made.dimensions.iter_mut().find(|d| d.0 == "vertexDegree").unwrap().1 = 4;
+        for table in ["cellsOnVertex", "edgesOnVertex"] {
+            made.variable(table).values = Values::I32(vec![1; 320]);
+        }
+    });
+    expect(&error, ErrorKind::Unsupported, &["vertexDegree is 4, expected 3"]);
+    let error = spoilt(Made::mesh(false), |made| {
+        made.dimensions.iter_mut().find(|d| d.0 == "TWO").unwrap().1 = 1;
+        made.variable("verticesOnEdge").values = Values::I32(vec![1; 120]);
+    });
+    expect(&error, ErrorKind::Grid, &["verticesOnEdge", "rows of 1, expected 2"]);
 }
 
 #[test]
@@ -55,12 +51,10 @@ fn a_table_that_contradicts_itself_is_named_with_the_file() {
 
 #[test]
 fn planes_and_radii_that_are_none_are_refused() {
-    let mut made = Made::mesh(false);
-    made.set("on_a_sphere", "NO              ");
-    expect(&open_error(&made), ErrorKind::Unsupported, &["on_a_sphere is NO:", "only meshes on a sphere"]);
-    let mut made = Made::mesh(false);
-    made.set("sphere_radius", -1.0f32);
-    expect(&open_error(&made), ErrorKind::Grid, &["sphere_radius: -1"]);
+    let error = spoilt(Made::mesh(false), |made| made.set("on_a_sphere", "NO              "));
+    expect(&error, ErrorKind::Unsupported, &["on_a_sphere is NO:", "only meshes on a sphere"]);
+    let error = spoilt(Made::mesh(false), |made| made.set("sphere_radius", -1.0f32));
+    expect(&error, ErrorKind::Grid, &["sphere_radius: -1"]);
 }
 
 #[test]

@@ -1,8 +1,7 @@
 //! Fields of one value per column.
 
-use crate::made::{LAYERS, Made, RADIUS_M, RECORDS, Values, value};
+use crate::made::{LAYERS, Made, RADIUS_M, RECORDS, Values, levels, value};
 use crate::made_icon::Angles;
-use crate::made_ocean::levels;
 use crate::memory::{expect, names, open, values};
 use icoray::{Error, ErrorKind, Level, Location, Renderer, Scale, Script, suggest};
 use icoray_dataset::{LayerSelection, SceneFields};
@@ -91,20 +90,19 @@ fn one_layer_is_2d_too() {
     let h: Vec<f64> = (0..2 * 42).map(f64::from).collect();
     made.add("h", &["Time", "nCells", "nVertLevels"], Values::F64(h));
     let file = open(&made);
-    let h = file.read_field("h", 1).unwrap();
-    assert_eq!((h.field().unwrap().value(3, 0), h.field().unwrap().value(3, 1)), (45.0, 45.0));
+    let h = values(&file, "h", 1);
+    assert_eq!((h(3, 0), h(3, 1)), (45.0, 45.0));
     // ICON's temperature 2 m above the ground, whose height is one number, and a pressure without one.
     let mut made = Made::icon_data(Angles::Radians);
     made.dimensions.push(("height", 1));
-    let values: Vec<f32> = (0..RECORDS * 80).map(|i| i as f32).collect();
-    made.add("t_2m", &["time", "height", "ncells"], Values::F32(values.clone()));
-    made.add("pres_sfc", &["time", "ncells"], Values::F32(values));
+    let counted: Vec<f32> = (0..RECORDS * 80).map(|i| i as f32).collect();
+    made.add("t_2m", &["time", "height", "ncells"], Values::F32(counted.clone()));
+    made.add("pres_sfc", &["time", "ncells"], Values::F32(counted));
     let file = open(&made);
     for name in ["t_2m", "pres_sfc"] {
         let info = file.field_info(name).unwrap();
         assert!(info.is_2d() && info.location == Location::Corner, "{name}");
-        let owned = file.read_field(name, 2).unwrap();
-        assert_eq!(owned.field().unwrap().value(7, 1), 167.0, "{name}");
+        assert_eq!(values(&file, name, 2)(7, 1), 167.0, "{name}");
     }
 }
 
@@ -152,9 +150,8 @@ fn integers_over_columns_are_fields_and_tables_are_none() {
     let file = open(&made);
     let field = values(&file, "ivgtyp", 0);
     assert!(kinds.iter().enumerate().all(|(cell, kind)| field(cell, 1) == f64::from(*kind)));
-    let flags = file.read_field("flag", 0).unwrap();
-    let flags = flags.field().unwrap();
-    assert!(flags.value(0, 0) == 3.0 && flags.value(1, 0).is_nan(), "nothing was written there");
+    let flags = values(&file, "flag", 0);
+    assert!(flags(0, 0) == 3.0 && flags(1, 0).is_nan(), "nothing was written there");
     let likely: Vec<&str> = file.likely_fields().iter().map(|info| info.name.as_str()).collect();
     assert!(likely.contains(&"ivgtyp") && likely.contains(&"flag"), "{likely:?}");
     for table in ["nEdgesOnCell", "verticesOnCell"] {

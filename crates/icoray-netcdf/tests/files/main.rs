@@ -10,12 +10,9 @@ mod groups;
 mod made;
 #[path = "../../../icoray-dataset/tests/dataset/made_icon.rs"]
 mod made_icon;
-#[path = "../../../icoray-dataset/tests/dataset/made_ocean.rs"]
-mod made_ocean;
 #[expect(dead_code, reason = "the tests of datasets in memory use the rest")]
 #[path = "../../../icoray-dataset/tests/dataset/memory.rs"]
 mod memory;
 mod real;
-mod refused;
 mod written;
 mod zarr;

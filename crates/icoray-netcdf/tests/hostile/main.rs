@@ -8,8 +8,5 @@ mod made;
 #[expect(dead_code, reason = "the tests of whole files use the rest")]
 #[path = "../../../icoray-dataset/tests/dataset/made_icon.rs"]
 mod made_icon;
-#[expect(dead_code, reason = "the tests of whole files use the rest")]
-#[path = "../../../icoray-dataset/tests/dataset/made_ocean.rs"]
-mod made_ocean;
 #[path = "../files/written.rs"]
 mod written;

@@ -46,7 +46,7 @@ unsafe impl Send for CArray {}
 
 impl CArray {
     pub fn new(field: &Field, names: &ArrayNames) -> Self {
-        let (data, r#type) = match field.array.first() {
+        let (data, r#type) = match field.array.first {
             Pointer::F32(first) => (first.cast(), ICORAY_F32),
             Pointer::F64(first) => (first.cast(), ICORAY_F64),
         };

@@ -1,14 +1,14 @@
-//! Settings of a context.
+//! Settings of a context, and its log: Python's logger "icoray".
 
-use super::log::log_to_python;
+use super::handle::in_python;
 use crate::error::argument;
 use icoray::did_you_mean;
 use icoray_context::types::{
-    ICORAY_BLOCK, ICORAY_DISABLE, ICORAY_DROP_OLDEST, ICORAY_IGNORE, ICORAY_LOG_DEBUG, ICORAY_NEVER_MODIFY,
-    ICORAY_OVERWRITE, ICORAY_WARN, icoray_config,
+    ICORAY_BLOCK, ICORAY_DISABLE, ICORAY_DROP_OLDEST, ICORAY_IGNORE, ICORAY_LOG_DEBUG, ICORAY_LOG_ERROR,
+    ICORAY_LOG_INFO, ICORAY_LOG_WARN, ICORAY_NEVER_MODIFY, ICORAY_OVERWRITE, ICORAY_WARN, icoray_config,
 };
-use pyo3::PyResult;
-use std::ffi::CString;
+use pyo3::prelude::*;
+use std::ffi::{CStr, CString, c_char, c_void};
 use std::ptr;
 
 /// Arguments of `Context`.
@@ -54,4 +54,31 @@ fn chosen(name: &str, word: &str, words: &[(&str, i32)]) -> PyResult<i32> {
         let hint = did_you_mean(word, known.iter().copied());
         argument(format!("{name}: {word:?}{hint}, expected one of {known:?}"))
     })
+}
+
+/// Passes a line on to the logger. A failure there is reported as Python reports those of destructors.
+///
+/// # Safety
+/// `message` is a string for the time of the call.
+unsafe extern "C" fn log_to_python(_user: *mut c_void, level: i32, message: *const c_char) {
+    // SAFETY: the caller's.
+    let message = unsafe { CStr::from_ptr(message) }.to_string_lossy();
+    // Python's logger is not available while the interpreter ends.
+    let _ = Python::try_attach(|py| {
+        if let Err(error) = log(py, level, &message) {
+            error.write_unraisable(py, None);
+        }
+    });
+}
+
+fn log(py: Python, level: i32, message: &str) -> PyResult<()> {
+    let level = match level {
+        ICORAY_LOG_ERROR => 40,
+        ICORAY_LOG_WARN => 30,
+        ICORAY_LOG_INFO => 20,
+        _ => 10,
+    };
+    let logger = py.import("logging")?.call_method1("getLogger", ("icoray",))?;
+    logger.call_method1("log", (level, "%s", in_python(message)))?;
+    Ok(())
 }

@@ -1,7 +1,7 @@
 //! Dates of Python.
 
+use crate::report::dict;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 /// A date as the library reads it.
 pub(super) fn text_of(date: &Bound<PyAny>) -> PyResult<String> {
@@ -9,8 +9,7 @@ pub(super) fn text_of(date: &Bound<PyAny>) -> PyResult<String> {
         if !date.hasattr("hour")? {
             return Ok(at_midnight(date.call_method0("isoformat")?.extract()?));
         }
-        let how = PyDict::new(date.py());
-        how.set_item("timespec", "seconds")?;
+        let how = dict!(date.py(), { "timespec": "seconds" });
         return date.call_method("isoformat", (), Some(&how))?.extract();
     }
     // Fractions of seconds of numpy's dates are not in names.

@@ -45,7 +45,7 @@ impl Rows {
         let GivenRows { of, global, owned, is_owned } = given;
         let name = format!("{of}_global");
         let mut global = IndexArray::new(global, &[0], &name)?;
-        if is_wide && !global.is_wide() {
+        if is_wide && !global.is_wide {
             let py = given.global.py();
             global = IndexArray::new(&global.owner(py).call_method1("astype", ("int64",))?, &[0], &name)?;
         }
@@ -81,15 +81,15 @@ impl Rows {
 pub(super) fn of_rows(py: Python, cells: &GivenRows, corners: Option<&GivenRows>, grid: &str) -> PyResult<Part> {
     let grid = text(grid, "grid")?;
     let mut cells_read = Rows::new(cells, false)?;
-    let corners = corners.map(|corners| Rows::new(corners, cells_read.global.is_wide())).transpose()?;
-    if corners.as_ref().is_some_and(|corners| corners.global.is_wide()) {
+    let corners = corners.map(|corners| Rows::new(corners, cells_read.global.is_wide)).transpose()?;
+    if corners.as_ref().is_some_and(|corners| corners.global.is_wide) {
         cells_read = Rows::new(cells, true)?;
     }
     let part = icoray_part {
         struct_size: size_of::<icoray_part>(),
         grid: grid.as_ptr(),
         cells: cells_read.count(),
-        index_type: if cells_read.global.is_wide() { ICORAY_I64 } else { ICORAY_I32 },
+        index_type: if cells_read.global.is_wide { ICORAY_I64 } else { ICORAY_I32 },
         cell_global: cells_read.numbers(py),
         owned_cells: cells_read.owned,
         is_owned: cells_read.marks(),

@@ -1,6 +1,7 @@
 //! The sample of icoray-dataset for xarray.
 
 use crate::error::raised;
+use crate::report::dict;
 use icoray::OwnedReals;
 use icoray_dataset::{Sample, SampleValues};
 use numpy::{Element, PyArray1, PyArrayMethods};
@@ -20,19 +21,12 @@ pub fn sample(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
             SampleValues::Reals(OwnedReals::F32(values)) => array(py, values, shape)?,
             SampleValues::Reals(OwnedReals::F64(values)) => array(py, values, shape)?,
         };
-        let entry = PyDict::new(py);
-        entry.set_item("dims", variable.dimensions)?;
-        entry.set_item("attrs", variable.attributes.into_py_dict(py)?)?;
-        entry.set_item("data", data)?;
-        described.set_item(variable.name, entry)?;
+        let attrs = variable.attributes.into_py_dict(py)?;
+        described.set_item(variable.name, dict!(py, { "dims": variable.dimensions, "attrs": attrs, "data": data }))?;
     }
     let attrs = attributes.into_py_dict(py)?;
     attrs.set_item("sphere_radius", sphere_radius_m)?;
-    let dataset = PyDict::new(py);
-    dataset.set_item("attrs", attrs)?;
-    dataset.set_item("coords", PyDict::new(py))?;
-    dataset.set_item("data_vars", described)?;
-    Ok(dataset)
+    Ok(dict!(py, { "attrs": attrs, "coords": PyDict::new(py), "data_vars": described }))
 }
 
 fn array<T: Element>(py: Python<'_>, values: Vec<T>, shape: Vec<usize>) -> PyResult<Bound<'_, PyAny>> {

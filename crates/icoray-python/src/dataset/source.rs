@@ -126,23 +126,6 @@ impl Source for Store {
         Ok(Values::Shared { offset: block.offset, strides, memory: Arc::new(block) })
     }
 
-    fn integers(&self, variable: &Variable) -> Result<Vec<i32>> {
-        let (start, count) = variable.whole();
-        let numbers = self.reals(variable, &start, &count)?;
-        let integer = |(i, number): (usize, f64)| {
-            // NaN is what xarray makes of a mark for an entry that is missing.
-            let number = if number.is_nan() { 0.0 } else { number };
-            let fits = number.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&number);
-            fits.then_some(number as i32).ok_or_else(|| {
-                let name = &variable.name;
-                let context =
-                    format!("{}: {name}: entry {i} is {number}, expected an integer of 32 bits", self.path.display());
-                Error::new(ErrorKind::Grid, context)
-            })
-        };
-        (0..numbers.as_reals().len()).map(|i| integer((i, numbers.as_reals().get(i)))).collect()
-    }
-
     fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
         let name = &variable.name;
         let texts = self.call(name, |store| store.call_method1("texts", (name, rows))?.extract());

@@ -116,3 +116,18 @@ fn a_centre_makes_ranges_even() {
         Some([-1.0, 1.0])
     );
 }
+
+#[test]
+fn places_lead_back_to_values_and_rise_with_them() {
+    let values = [-2e5, -1.0, -1e-3, -2e-4, 0.0, 3e-9, 5e-4, 1e-3, 0.7, 1.0, 4e7];
+    for scale in [Scale::Linear, Scale::Log, Scale::SymLog { threshold: 1e-3 }] {
+        let admitted: Vec<f64> = values.into_iter().filter(|v| scale.admits(*v)).collect();
+        let places: Vec<f64> = admitted.iter().map(|v| scale.forward(*v)).collect();
+        assert!(places.is_sorted_by(|a, b| a < b), "{scale:?}: {places:?}");
+        for (value, place) in admitted.iter().zip(places) {
+            assert!((scale.backward(place) - value).abs() <= 1e-13 * value.abs(), "{scale:?}: {value}");
+        }
+    }
+    assert_eq!(Scale::SymLog { threshold: 0.1 }.forward(-10.0), -3.0);
+    assert!(!Scale::Log.admits(0.0) && !Scale::Linear.admits(f64::NAN));
+}

@@ -1,16 +1,14 @@
 //! Valid and invalid scene files, and the places to which their errors point.
 
 use super::*;
-use crate::coloring::ColorRange;
+use crate::coloring::{ColorRange, Scale};
 use crate::labels::LabelPlace;
-use crate::scale::Scale;
 use crate::transfer::TransferFunction;
 
 mod defaults;
 mod derived;
 mod hints;
 mod lines;
-mod surfaces;
 mod volumes;
 
 /// A camera, for scenes of a few lines.
@@ -26,6 +24,11 @@ pub(super) fn assert_says(error: &Error, words: &str, text: &str) {
 
 fn parsed(text: &str) -> Scene {
     Scene::parse(text).unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+/// The scene with all of its colour maps over a range.
+fn over(scene: &Scene, range: [f64; 2]) -> Scene {
+    scene.over_each(|_, _| Ok(Some(range))).unwrap().unwrap()
 }
 
 /// Each text is refused with an error that has all of its words.
@@ -73,16 +76,22 @@ fn a_good_scene_is_read() {
 }
 
 #[test]
-fn a_scene_selects_backend_and_device() {
-    let plain = Scene::parse(GOOD).unwrap();
-    assert_eq!((plain.backend, plain.device), (Backend::Auto, None));
-    for (keys, backend, device) in [
-        ("backend = \"cpu\"", Backend::Cpu, None),
-        ("backend = \"gpu\"\ndevice = 2", Backend::Gpu, Some(Adapter::Number(2))),
-        ("device = \"NVIDIA\"", Backend::Auto, Some(Adapter::Name("NVIDIA".into()))),
+fn settings_of_the_renderer_are_read() {
+    let plain = parsed(GOOD);
+    assert_eq!((plain.backend, &plain.device, plain.ranks), (Backend::Auto, &None, Scheme::Auto));
+    let [number, name] = [Adapter::Number(2), Adapter::Name("NVIDIA".into())].map(Some);
+    for (lines, expected) in [
+        ("backend = \"cpu\"", Scene { backend: Backend::Cpu, ..plain.clone() }),
+        ("backend = \"gpu\"\ndevice = 2", Scene { backend: Backend::Gpu, device: number, ..plain.clone() }),
+        ("device = \"NVIDIA\"", Scene { device: name, ..plain.clone() }),
+        ("ranks = \"auto\"", plain.clone()),
+        ("ranks = \"tiles\"", Scene { ranks: Scheme::Tiles, ..plain.clone() }),
+        ("ranks = \"fragments\"", Scene { ranks: Scheme::Fragments, ..plain.clone() }),
+        ("tolerance = 2e-5", Scene { tolerance: 2e-5, ..plain.clone() }),
+        ("samples = 6", Scene { samples: 6, ..plain.clone() }),
+        ("time_budget_ms = 250", Scene { time_budget_ms: Some(250.0), ..plain.clone() }),
     ] {
-        let scene = Scene::parse(&format!("{keys}\n{GOOD}")).unwrap();
-        assert_eq!((scene.backend, scene.device), (backend, device), "{keys}");
+        assert_eq!(with(lines).unwrap(), expected, "{lines}");
     }
 }
 
@@ -144,12 +153,6 @@ fn errors_name_line_and_key() {
 }
 
 #[test]
-fn quality_is_read() {
-    let scene = with("tolerance = 2e-5\nsamples = 6\ntime_budget_ms = 250").unwrap();
-    assert_eq!((scene.tolerance, scene.samples, scene.time_budget_ms), (2e-5, 6, Some(250.0)));
-}
-
-#[test]
 fn a_scene_may_name_either_file_or_none() {
     let output = |lines: &str| {
         let (before, _) = GOOD.split_once("[output]").unwrap();
@@ -186,26 +189,6 @@ knots = [ { value = 0, color = "red", opacity = 0.5 },
 }
 
 #[test]
-fn ranks_share_a_picture_in_one_of_two_ways() {
-    assert_eq!(Scene::parse(GOOD).unwrap().ranks, Scheme::Auto);
-    let with = |value: &str| with(&format!("ranks = {value}"));
-    for (value, scheme) in
-        [("\"auto\"", Scheme::Auto), ("\"tiles\"", Scheme::Tiles), ("\"fragments\"", Scheme::Fragments)]
-    {
-        assert_eq!(with(value).unwrap().ranks, scheme);
-    }
-}
-
-#[test]
-fn every_which_step_is_drawn() {
-    assert!((-3..9).all(|step| with("").unwrap().is_due(step)));
-    let scene = with("every = 4").unwrap();
-    let due: Vec<i64> = (-9..10).filter(|step| scene.is_due(*step)).collect();
-    assert_eq!(due, [-8, -4, 0, 4, 8]);
-    assert!(!scene.is_due(i64::MAX) && scene.is_due(i64::MIN));
-}
-
-#[test]
 fn a_scene_selects_the_scale_of_colours() {
     let with = |lines: &str| {
         Scene::parse(&GOOD.replacen("range = [250, 400]", lines, 1)).unwrap().volumes[0].coloring.clone().unwrap()
@@ -231,7 +214,7 @@ fn opacities_are_of_values_or_of_the_range() {
     let extinction = |range: &str, more: &str| {
         let text = GOOD.replacen("range = [250, 400]", &format!("range = {range}\n{more}"), 1);
         let scene = Scene::parse(&text.replacen("[[300, 0.0], [350, 0.8]]", "[[0.25, 0.0], [0.5, 0.8]]", 1)).unwrap();
-        scene.over([200.0, 400.0]).volumes[0].transfer.range()[0]
+        over(&scene, [200.0, 400.0]).volumes[0].transfer.range()[0]
     };
     assert_eq!(extinction("[1, 2]", ""), 0.25);
     assert_eq!(extinction("[1, 2]", "opacity_in = \"range\""), 250.0);

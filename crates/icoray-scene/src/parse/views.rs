@@ -7,13 +7,11 @@
 pub(super) mod extras;
 mod merge;
 pub(super) mod motion;
-mod rewrite;
-mod section;
 mod sweep;
 
+use super::RawOutput;
 use super::camera::RawCamera;
 use super::hint::with_hint;
-use super::output::RawOutput;
 use super::text::Text;
 use super::{RawScene, checked, expect_keys};
 use crate::keys::Key;
@@ -22,10 +20,32 @@ use crate::scene::Scene;
 use crate::script::{Live, Script, View};
 use extras::Names;
 use icoray_grid::{Error, Result};
-use section::take;
+use serde::de::DeserializeOwned;
 use std::collections::HashMap;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+
+/// Largest number of pictures of one step.
+const MAX_PICTURES: usize = 100_000;
+
+/// Takes a key out of a table.
+fn take<T: DeserializeOwned>(source: &Text, table: &mut DeTable, key: &str) -> Result<Option<Spanned<T>>> {
+    let Some(value) = table.remove(key) else { return Ok(None) };
+    let span = value.span();
+    let value = T::deserialize(ValueDeserializer::from(value)).map_err(|e| match e.span() {
+        Some(_) => source.refused(&e),
+        None => source.bad(span.clone(), key, e.message()),
+    })?;
+    Ok(Some(Spanned::new(span, value)))
+}
+
+/// A table of a table, where there is one.
+fn section<'t, 's>(table: &'s mut DeTable<'t>, key: &str) -> Option<&'s mut DeTable<'t>> {
+    match table.get_mut(key)?.get_mut() {
+        DeValue::Table(table) => Some(table),
+        _ => None,
+    }
+}
 
 /// The error about a scene's keys, with all keys that might stand there.
 fn with_all_keys(error: &Error) -> Error {
@@ -61,9 +81,10 @@ impl Script {
     ///      when = 'max(theta) > 390'",
     /// )?;
     /// let now = Stamp { step: 5, ..Stamp::default() };
-    /// let shots = script.due(&now, None, &mut |_field, _statistic| Ok(Some(395.0)))?;
-    /// assert_eq!(shots.len(), 1);
-    /// assert_eq!(shots[0].name, "warm");
+    /// let scheduled: Vec<_> = script.scheduled(&now, None).collect();
+    /// assert_eq!(scheduled.len(), 1);
+    /// assert_eq!(scheduled[0].name(), "warm");
+    /// assert!(scheduled[0].holds(&mut |_field, _statistic| Ok(Some(395.0)))?);
     /// # Ok::<(), icoray_grid::Error>(())
     /// ```
     ///
@@ -137,13 +158,14 @@ fn unhinted(source: &Text) -> Result<Script> {
 fn view(source: &Text, name: Option<String>, mut table: Spanned<DeTable>) -> Result<(View, Names)> {
     let names = extras::names(&table);
     let root = table.get_mut();
-    let schedule = extras::schedule(source, root)?;
+    let has_every = root.contains_key("every");
+    let mut schedule = extras::schedule(source, root)?;
     let conditions = extras::conditions(source, root)?;
     let (cinema, concat) = extras::series(source, root)?;
     let motion = motion::motion(source, root)?;
     let sweep = sweep::sweep(source, root, &motion)?;
     let scene: Scene = checked(source, table).map_err(|e| with_all_keys(&e))?;
-    let schedule = schedule.with_every(&scene);
+    schedule.every = has_every.then_some(scene.every);
     let has_file = names.file.is_some();
     let mut view = View { name, schedule, conditions, motion, sweep, cinema, concat, scene, has_file };
     if !has_file {

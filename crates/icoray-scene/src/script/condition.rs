@@ -1,7 +1,8 @@
-//! Conditions on fields, such as `max(vorticity) > 1e-4`.
+//! Conditions on fields, such as `max(vorticity) > 1e-4`, and the statistics of fields that they compare.
 
-use super::Summary;
 use icoray_grid::Field;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// A statistic of a field, computed in one pass. Each value, at a centre or corner, has the same weight.
@@ -33,24 +34,19 @@ impl fmt::Display for Statistic {
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Relation {
-    Less,
-    AtMost,
-    Greater,
-    AtLeast,
-}
+/// Whether a value and a limit compare in a way.
+type Relation = fn(&f64, &f64) -> bool;
 
-/// Longer names first, since some begin with a shorter one.
-const RELATIONS: [(&str, Relation); 4] =
-    [("<=", Relation::AtMost), (">=", Relation::AtLeast), ("<", Relation::Less), (">", Relation::Greater)];
+/// Relations by their signs: longer ones first, since some begin with a shorter one.
+const RELATIONS: [(&str, Relation); 4] = [("<=", f64::le), (">=", f64::ge), ("<", f64::lt), (">", f64::gt)];
 
 /// A comparison of a field's statistic with a number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Condition {
     statistic: Statistic,
     field: String,
-    relation: Relation,
+    /// That of a relation.
+    sign: &'static str,
     limit: f64,
 }
 
@@ -75,11 +71,11 @@ impl Condition {
         }
         let rest = inside[close + 1..].trim_start();
         let relation = RELATIONS.iter().find(|(sign, _)| rest.starts_with(sign));
-        let (sign, relation) = relation.ok_or_else(|| unexpected(rest, "<, <=, > or >="))?;
+        let (sign, _) = relation.ok_or_else(|| unexpected(rest, "<, <=, > or >="))?;
         let rest = rest[sign.len()..].trim();
         let limit = rest.parse().ok().filter(|limit: &f64| limit.is_finite());
         let limit = limit.ok_or_else(|| unexpected(&text[text.rfind(rest).unwrap_or(0)..], "a finite number"))?;
-        Ok(Condition { statistic: *statistic, field: field.into(), relation: *relation, limit })
+        Ok(Condition { statistic: *statistic, field: field.into(), sign, limit })
     }
 
     /// Name of the field.
@@ -94,20 +90,88 @@ impl Condition {
 
     /// Whether the condition holds for a statistic of `value`; false for `None`.
     pub fn holds(&self, value: Option<f64>) -> bool {
-        value.is_some_and(|value| match self.relation {
-            Relation::Less => value < self.limit,
-            Relation::AtMost => value <= self.limit,
-            Relation::Greater => value > self.limit,
-            Relation::AtLeast => value >= self.limit,
-        })
+        let relation = RELATIONS.iter().find(|(sign, _)| *sign == self.sign);
+        value.zip(relation).is_some_and(|(value, (_, holds))| holds(&value, &self.limit))
     }
 }
 
 impl fmt::Display for Condition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let sign = RELATIONS.iter().find(|(_, relation)| *relation == self.relation).map_or("", |r| r.0);
-        write!(f, "{}({}) {sign} {}", self.statistic, self.field, self.limit)
+        write!(f, "{}({}) {} {}", self.statistic, self.field, self.sign, self.limit)
     }
+}
+
+/// Number of columns that are summed separately: fixed, so that sums do not depend on the number of threads, and small,
+/// so that rounding errors stay small.
+const PIECE: usize = 1024;
+
+/// Tests whether a column is included.
+pub(crate) type Counted<'c> = &'c (dyn Fn(usize) -> bool + Sync);
+
+/// The statistics of a field that were asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    low: f64,
+    high: f64,
+    sum: f64,
+    count: u64,
+}
+
+impl Summary {
+    /// The statistics of an empty set of values.
+    pub const NOTHING: Summary = Summary { low: f64::INFINITY, high: f64::NEG_INFINITY, sum: 0.0, count: 0 };
+
+    /// The statistics in `asked` over the columns that count; `None` counts all.
+    pub fn of(field: &Field, counts: Option<Counted>, asked: &[Statistic]) -> Self {
+        let mut summary = Self::NOTHING;
+        if asked.iter().any(|statistic| *statistic != Statistic::Mean)
+            && let (Some([low, high]), _) = field.range_over(counts)
+        {
+            summary.low = low;
+            summary.high = high;
+        }
+        if asked.contains(&Statistic::Mean) {
+            (summary.sum, summary.count) = sum(field, counts);
+        }
+        summary
+    }
+
+    /// A statistic that was asked for; `None` if all values are missing.
+    pub fn get(&self, statistic: Statistic) -> Option<f64> {
+        let is_known = self.low <= self.high;
+        match statistic {
+            Statistic::Min => is_known.then_some(self.low),
+            Statistic::Max => is_known.then_some(self.high),
+            Statistic::Mean => (self.count > 0).then(|| self.sum / self.count as f64),
+        }
+    }
+
+    /// The statistics of both sets of values together.
+    pub fn joined(self, other: Self) -> Self {
+        Summary {
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+            sum: self.sum + other.sum,
+            count: self.count + other.count,
+        }
+    }
+}
+
+/// The sum of the values that are not missing, and their number.
+fn sum(field: &Field, counts: Option<Counted>) -> (f64, u64) {
+    let shape = field.shape();
+    let of_column = |column: usize| {
+        let known = (0..shape.layers).map(|layer| field.value(column, layer)).filter(|v| !v.is_nan());
+        known.fold((0.0, 0), |(sum, n), value| (sum + value, n + 1))
+    };
+    let added = |(a, n): (f64, u64), (b, m): (f64, u64)| (a + b, n + m);
+    let of_piece = |piece: usize| {
+        let columns = piece * PIECE..((piece + 1) * PIECE).min(shape.columns);
+        let counted = columns.filter(|column| counts.is_none_or(|counts| counts(*column)));
+        counted.map(of_column).fold((0.0, 0), added)
+    };
+    let pieces: Vec<_> = (0..shape.columns.div_ceil(PIECE)).into_par_iter().map(of_piece).collect();
+    pieces.into_iter().fold((0.0, 0), added)
 }
 
 #[cfg(test)]

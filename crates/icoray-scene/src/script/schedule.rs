@@ -23,11 +23,6 @@ impl Schedule {
         self.names(now.step) || self.is_everything() || self.reaches(now, before)
     }
 
-    /// Whether the view may be due at a step of unknown time.
-    pub fn may_be_due(&self, step: i64) -> bool {
-        self.names(step) || !self.times_s.is_empty() || self.is_everything()
-    }
-
     fn names(&self, step: i64) -> bool {
         self.every.is_some_and(|every| step % i64::from(every.max(1)) == 0) || self.steps.contains(&step)
     }
@@ -99,12 +94,5 @@ mod tests {
         assert_eq!(due(&schedule, 10, &[100.0, 110.0]), [10, 11]);
         assert_eq!(due(&schedule, 9, &[90.0, 100.0, 110.0]), [10, 11]);
         assert_eq!(due(&schedule, 12, &[120.0, 130.0]), [0; 0]);
-    }
-
-    #[test]
-    fn a_step_without_a_time_may_be_due_where_times_count() {
-        let schedule = Schedule { every: Some(4), steps: vec![5], ..Schedule::default() };
-        assert_eq!((0..7).filter(|step| schedule.may_be_due(*step)).collect::<Vec<_>>(), [0, 4, 5]);
-        assert!(at_times(&[9.0]).may_be_due(1) && Schedule::default().may_be_due(1));
     }
 }

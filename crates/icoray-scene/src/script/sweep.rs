@@ -49,19 +49,9 @@ impl Axis {
         }
     }
 
-    fn text(&self, number: usize) -> String {
+    fn text(&self, number: usize, of_value: fn(f64) -> String) -> String {
         match self {
-            Axis::Lon(v) | Axis::Lat(v) | Axis::Distance(v) | Axis::Exaggeration(v) => v[number].to_string(),
-            Axis::Field(names) => names[number].clone(),
-        }
-    }
-
-    /// The same with a point in all numbers, so that those of a list are of one type.
-    fn cell(&self, number: usize) -> String {
-        match self {
-            Axis::Lon(v) | Axis::Lat(v) | Axis::Distance(v) | Axis::Exaggeration(v) => {
-                format!("{:?}", v[number])
-            }
+            Axis::Lon(v) | Axis::Lat(v) | Axis::Distance(v) | Axis::Exaggeration(v) => of_value(v[number]),
             Axis::Field(names) => names[number].clone(),
         }
     }
@@ -91,14 +81,10 @@ impl Sweep {
         })
     }
 
-    /// Names and values of a combination, for file names.
-    pub fn values(&self, numbers: &[usize]) -> Vec<(&'static str, String)> {
-        self.axes.iter().zip(numbers).map(|(axis, number)| (axis.name(), axis.text(*number))).collect()
-    }
-
-    /// The same for a database.
-    pub fn cells(&self, numbers: &[usize]) -> Vec<(&'static str, String)> {
-        self.axes.iter().zip(numbers).map(|(axis, number)| (axis.name(), axis.cell(*number))).collect()
+    /// Names and values of a combination; `of_value` writes numbers.
+    pub fn values(&self, numbers: &[usize], of_value: fn(f64) -> String) -> Vec<(&'static str, String)> {
+        let axes = self.axes.iter().zip(numbers);
+        axes.map(|(axis, number)| (axis.name(), axis.text(*number, of_value))).collect()
     }
 
     /// Applies a combination to the scene.

@@ -41,9 +41,10 @@ fn due(steps: std::ops::Range<i64>) -> Vec<String> {
             assert_eq!(field, "w");
             Ok(Some(if statistic == Statistic::Max { step as f64 } else { -1.0 }))
         };
-        let shots = script.due(&stamp(step), before.as_ref(), &mut statistic).unwrap();
-        all.push(shots.iter().map(|shot| shot.name.as_str()).collect::<Vec<_>>().join(" "));
-        before = Some(stamp(step));
+        let now = stamp(step);
+        let due = script.scheduled(&now, before.as_ref()).filter(|view| view.holds(&mut statistic).unwrap());
+        all.push(due.flat_map(|view| view.shots(&now)).map(|shot| shot.name).collect::<Vec<_>>().join(" "));
+        before = Some(now);
     }
     all
 }
@@ -64,17 +65,16 @@ fn only_needed_statistics_are_requested() {
         asked.push(format!("{statistic}({field})"));
         Ok(Some(2.0))
     };
-    script.due(&stamp(1), Some(&stamp(0)), &mut statistic).unwrap();
+    script.views().iter().for_each(|view| assert_eq!(view.holds(&mut statistic).unwrap(), view.name() != "strong"));
     // The second condition need not be known where the first one fails.
     assert_eq!(asked, ["max(w)"]);
     let lost = |_: &str, _: Statistic| Err(Error::new(ErrorKind::Field, "there is no w"));
-    let error = script.due(&stamp(1), None, &mut { lost }).unwrap_err();
-    assert_eq!(error.context(), "there is no w");
-    let none = script.due(&stamp(1), Some(&stamp(0)), &mut |_, _| Ok(None)).unwrap();
-    assert_eq!(none, []);
-    assert!(script.may_be_due(1));
-    let plain = Script::from(Scene { every: 3, ..script.views()[0].scene.clone() });
-    assert_eq!((0..7).filter(|step| plain.may_be_due(*step)).collect::<Vec<_>>(), [0, 3, 6]);
+    let strong = &script.views()[2];
+    assert_eq!(strong.holds(&mut { lost }).unwrap_err().context(), "there is no w");
+    assert!(!strong.holds(&mut |_, _| Ok(None)).unwrap());
+    let plain = Script::from(Scene { every: 3, ..strong.scene.clone() });
+    let is_due = |step: &i64| plain.scheduled(&stamp(*step), None).count() == 1;
+    assert_eq!((0..7).filter(is_due).collect::<Vec<_>>(), [0, 3, 6]);
 }
 
 #[test]

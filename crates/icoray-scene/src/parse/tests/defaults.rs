@@ -9,7 +9,7 @@ use crate::script::Script;
 /// The volume that is shown where nothing is said: viridis over percentiles, rising opacity.
 fn has_default_volume(scene: &Scene) -> bool {
     let coloring = scene.volumes[0].coloring.as_ref().unwrap();
-    let ends = &scene.over([10.0, 20.0]).volumes[0].transfer;
+    let ends = &over(scene, [10.0, 20.0]).volumes[0].transfer;
     coloring.describe() == "viridis, linear, percentiles 1 to 99 of the first frame"
         && coloring.range() == ColorRange::Percentile([1.0, 99.0])
         && ends.range() == [10.0, 20.0]
@@ -59,7 +59,7 @@ fn the_camera_sees_the_whole_planet() {
 
 #[test]
 fn a_centre_is_clear_where_no_opacity_is_given() {
-    let centred = parsed("[transfer]\ncenter = 5").over([0.0, 10.0]);
+    let centred = over(&parsed("[transfer]\ncenter = 5"), [0.0, 10.0]);
     let transfer = &centred.volumes[0].transfer;
     assert_eq!((transfer.at(5.0).1, transfer.range()), (0.0, [0.0, 10.0]));
     assert!(transfer.at(0.0).1 > 2.0 && transfer.at(10.0).1 > 2.0);

@@ -5,7 +5,7 @@ use crate::script::Script;
 use icoray_grid::ErrorKind;
 
 #[test]
-fn near_misses_get_a_hint_at_the_known_word() {
+fn near_misses_get_a_hint_at_the_known_word_and_keys_in_the_wrong_table_at_theirs() {
     for (text, words) in [
         ("background = \"none\"", "\"none\" (did you mean \"transparent\"?), expected an opaque CSS colour"),
         ("background = \"Transparent\"", "did you mean \"transparent\"?"),
@@ -16,6 +16,11 @@ fn near_misses_get_a_hint_at_the_known_word() {
         ("[camera]\nlongitude = 3\nalt = 3", "unknown field | `lon`, `lat`"),
         ("[camera]\norbt = 3", "did you mean `orbit`?"),
         ("veiws = 3", "did you mean `views`?"),
+        (
+            "image = { background = \"white\" }",
+            "unknown field `background` | `background` is a key of the scene itself",
+        ),
+        ("field = \"q\"\nlat = 3", "unknown field `lat` | `lat` is a key of `camera`"),
         ("[transfer]\nmap = \"virdis\"", "\"virdis\" (did you mean \"viridis\"?), expected one of"),
         ("[transfer]\nscale = \"logarithmic\"", "expected \"linear\", \"log\" or \"symlog\""),
         ("[transfer]\nscale = \"lin\"\n[light]\nkind = \"head\"", "\"lin\", expected"),
@@ -25,19 +30,6 @@ fn near_misses_get_a_hint_at_the_known_word() {
     }
     let error = Script::parse("background = \"mauvish\"").unwrap_err().to_string();
     assert!(!error.contains("mean"), "{error}");
-}
-
-#[test]
-fn keys_in_the_wrong_table_are_answered_with_theirs() {
-    for (text, words) in [
-        (
-            "image = { background = \"white\" }",
-            "unknown field `background` | `background` is a key of the scene itself",
-        ),
-        ("field = \"q\"\nlat = 3", "unknown field `lat` | `lat` is a key of `camera`"),
-    ] {
-        assert_says(&Script::parse(text).expect_err(text), words, text);
-    }
 }
 
 #[test]

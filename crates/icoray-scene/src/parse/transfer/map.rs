@@ -2,11 +2,10 @@
 
 use super::{Gives, RawTransfer, stops};
 use crate::color::{ColorMap, color_maps};
-use crate::coloring::{ColorRange, Coloring, MEANINGLESS, default_extinction};
+use crate::coloring::{ColorRange, Coloring, MEANINGLESS, Scale, default_extinction};
 use crate::keys::{self, Key, Kind, keys, of};
 use crate::parse::hint;
 use crate::parse::text::{Text, shown};
-use crate::scale::Scale;
 use crate::values::ALONE;
 use icoray_grid::{Result, numbers};
 use std::ops::Range;

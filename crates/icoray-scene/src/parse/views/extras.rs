@@ -1,10 +1,8 @@
 //! The keys of a view that no scene has: its schedule, its conditions and its series of pictures.
 
-use super::section::{section, take};
-use super::sweep;
+use super::{section, sweep, take};
 use crate::keys::{Key, Kind, flag, integer, keys, number, of, section as table, sections_of};
 use crate::parse::text::Text;
-use crate::scene::Scene;
 use crate::script::{Condition, Live, Schedule};
 use crate::template::Template;
 use icoray_grid::Result;
@@ -50,20 +48,7 @@ pub const OUTPUT_KEYS: &[Key] = keys! {
 };
 
 /// The schedule but for `every`, which is a key of scenes.
-pub struct ListedSteps {
-    has_every: bool,
-    steps: Vec<i64>,
-    times_s: Vec<f64>,
-}
-
-impl ListedSteps {
-    pub fn with_every(self, scene: &Scene) -> Schedule {
-        let every = self.has_every.then_some(scene.every);
-        Schedule { every, steps: self.steps, times_s: self.times_s }
-    }
-}
-
-pub fn schedule(source: &Text, root: &mut DeTable) -> Result<ListedSteps> {
+pub fn schedule(source: &Text, root: &mut DeTable) -> Result<Schedule> {
     let steps = take::<Vec<i64>>(source, root, "at_steps")?;
     let times = take::<Vec<f64>>(source, root, "at_times")?;
     if let Some(steps) = steps.as_ref().filter(|steps| steps.get_ref().is_empty()) {
@@ -77,8 +62,8 @@ pub fn schedule(source: &Text, root: &mut DeTable) -> Result<ListedSteps> {
             return Err(source.bad(times.span(), "at_times", format!("{bad}, expected finite seconds")));
         }
     }
-    Ok(ListedSteps {
-        has_every: root.contains_key("every"),
+    Ok(Schedule {
+        every: None,
         steps: steps.map(Spanned::into_inner).unwrap_or_default(),
         times_s: times.map(Spanned::into_inner).unwrap_or_default(),
     })

@@ -1,6 +1,6 @@
 //! Cameras that move: `camera.orbit` and `camera.path`.
 
-use super::section::{section, take};
+use super::{section, take};
 use crate::keys::{Key, Kind, keys, number, of, section as table, sections_of};
 use crate::parse::camera::{distance, whole_planet};
 use crate::parse::text::Text;

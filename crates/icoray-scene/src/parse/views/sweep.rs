@@ -1,6 +1,6 @@
 //! Lists whose product is drawn: `[sweep]`.
 
-use super::section::{MAX_PICTURES, section, take};
+use super::{MAX_PICTURES, section, take};
 use crate::keys::{Key, Kind, keys, of};
 use crate::parse::camera::{distance, whole_planet};
 use crate::parse::text::Text;

@@ -118,7 +118,7 @@ fn alternative_keys_of_a_view_replace_each_other() {
     let log = format!("{}[[views]]\nname = \"v\"\ntransfer.scale = \"log\"\n", {
         BASE.replace("map = \"viridis\"", "map = \"viridis\"\nscale = \"symlog\"\nthreshold = 1")
     });
-    assert_eq!(shots(&log, 0)[0].volumes[0].coloring.as_ref().unwrap().scale(), crate::scale::Scale::Log);
+    assert_eq!(shots(&log, 0)[0].volumes[0].coloring.as_ref().unwrap().scale(), crate::coloring::Scale::Log);
     let moving = |keys: &str, over: &str| {
         let base = BASE.replace("lon = 20.0\nlat = 45.0\ndistance = 3", keys);
         shots(&format!("{base}[[views]]\nname = \"v\"\n{over}\n"), 2).iter().map(|s| s.camera).collect::<Vec<_>>()
