@@ -9,9 +9,6 @@ use std::path::Path;
 pub type Pictures = BTreeMap<String, RgbaImage>;
 
 /// The PNG files of a directory, which need not exist.
-///
-/// # Panics
-/// When a file cannot be read.
 pub fn pictures(directory: &Path) -> Pictures {
     let Ok(entries) = std::fs::read_dir(directory) else { return Pictures::new() };
     let paths = entries.map(|entry| entry.unwrap().path());
@@ -21,9 +18,6 @@ pub fn pictures(directory: &Path) -> Pictures {
 }
 
 /// Fails unless the pictures have the same names, and channels that differ by no more than 1 of 255.
-///
-/// # Panics
-/// When they differ.
 pub fn assert_same(drawn: &Pictures, expected: &Pictures, what: impl Display) {
     assert_eq!(drawn.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>(), "{what}");
     for (name, expected) in expected {
@@ -33,9 +27,6 @@ pub fn assert_same(drawn: &Pictures, expected: &Pictures, what: impl Display) {
 }
 
 /// Largest and root-mean-square difference of the channels of two files.
-///
-/// # Panics
-/// When a file cannot be read or the sizes differ.
 pub fn difference(one: &Path, other: &Path) -> [f64; 2] {
     let [one, other] = [one, other].map(|path| {
         let picture = image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
@@ -48,9 +39,6 @@ pub fn difference(one: &Path, other: &Path) -> [f64; 2] {
 }
 
 /// Fails unless each picture has more than `colors` colours, and none is another one.
-///
-/// # Panics
-/// When one has not, or two are the same.
 pub fn assert_distinct(pictures: &Pictures, colors: usize) {
     for (name, picture) in pictures {
         let count = count_colors(picture);
@@ -66,9 +54,6 @@ pub fn count_colors(picture: &RgbaImage) -> usize {
 }
 
 /// The cells of a column of a CSV file in which no cell before it has a comma.
-///
-/// # Panics
-/// When the file or the column is missing.
 pub fn column(file: &Path, name: &str) -> Vec<String> {
     let text = std::fs::read_to_string(file).unwrap();
     let mut rows = text.lines().map(|line| line.split(',').collect::<Vec<_>>());

@@ -193,10 +193,7 @@ fn the_book(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), E
     step.quiet(suite.workspace.shell.cmd("bash").arg("docs/build.sh"))
 }
 
-/// Whether the machine has a program. If not, counts a skipped test.
-///
-/// # Errors
-/// If `ICORAY_REQUIRE` names it.
+/// Whether the machine has a program. If not, counts a skipped test; fails if `ICORAY_REQUIRE` names it.
 pub fn has_program(name: &str, record: &mut Record) -> Result<bool, Error> {
     let is_there = system::output(name, ["--version"]).is_some();
     if !is_there && is_required(name) {

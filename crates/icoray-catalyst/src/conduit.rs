@@ -70,9 +70,6 @@ const CHAR8_STR: Index = 13;
 
 impl Conduit {
     /// The functions of the host's Conduit.
-    ///
-    /// # Errors
-    /// A sentence, where the process has none.
     pub fn find() -> Result<Self, String> {
         let symbols = Symbols::of_process();
         let found = ["catalyst_", ""].into_iter().find_map(|prefix| Conduit::with_prefix(&symbols, prefix));

@@ -17,7 +17,7 @@ use std::ffi::{CStr, CString, c_char, c_void};
 use std::ptr;
 use std::sync::Arc;
 
-use crate::strides::Strides;
+use crate::order::Strides;
 use crate::surface::OwnedRows;
 
 /// Directory of the pictures, in the host's working directory.

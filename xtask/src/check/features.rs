@@ -18,9 +18,6 @@ const COMPANIONS: [&str; 6] = ["icoray-gpu", "icoray-live", "icoray-mpi", "icora
 const LEFT_OUT: [&str; 1] = ["static"];
 
 /// Checks that every package with features compiles without any, and with each alone.
-///
-/// # Errors
-/// All sets that do not compile, with what the compiler printed.
 pub fn check(suite: &Suite, step: &mut Step) -> Result<(), Error> {
     let metadata = suite.workspace.cargo(["metadata", "--no-deps", "--format-version", "1"]).quiet().read()?;
     let sets = sets(&metadata)?;

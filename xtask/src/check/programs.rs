@@ -54,9 +54,6 @@ pub struct Run<'a> {
 
 /// Builds the test programs of a `cargo test` command and runs them. Prints a line for each, and all that one printed if
 /// it fails.
-///
-/// # Errors
-/// If they do not compile, or if one fails.
 pub fn run<'a>(
     workspace: &Workspace,
     cargo: impl Fn() -> Cmd<'a>,

@@ -216,9 +216,6 @@ impl Folder {
     }
 
     /// Looks at the directory; whether anything has changed.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Io`]: the directory cannot be read.
     pub fn look(&mut self, now: Instant) -> Result<bool> {
         let failed = |e| Error::new(ErrorKind::Io, format!("{}: cannot read the directory: {e}", self.path.display()));
         let entries = fs::read_dir(&self.path).map_err(failed)?;

@@ -37,9 +37,6 @@ fn is_of_files(error: &Error) -> bool {
 
 impl Watch<'_> {
     /// Opens the files of the first of these times that can be read; `known` is the mesh of the files before.
-    ///
-    /// # Errors
-    /// Those that hold for all files.
     pub fn open(
         &mut self,
         moments: Vec<Moment>,
