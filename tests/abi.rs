@@ -52,7 +52,6 @@ fn compile_all(name: &str, compile: fn(&[&str]) -> PathBuf) -> PathBuf {
     compile(&sources)
 }
 
-/// Compiles a program of `tests/c` as C++.
 fn compile_cpp(sources: &[&str]) -> PathBuf {
     compile("c++", &["-std=c++11", "-x", "c++"], sources)
 }

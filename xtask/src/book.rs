@@ -20,7 +20,6 @@ use markdown::Page;
 
 pub use commands::{run as run_commands, scripted};
 
-/// The folder of the book's pages, below the workspace's root.
 const PAGES: &str = "docs/src";
 /// The page that lists the others.
 const SUMMARY: &str = "docs/src/SUMMARY.md";

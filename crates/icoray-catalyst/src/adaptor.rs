@@ -17,7 +17,6 @@ pub struct Adaptor {
     grids: BTreeMap<String, Slot>,
     copies: Vec<CopiedValues>,
     peers: Peers,
-    /// The fields that the scene file names.
     scene_fields: Vec<String>,
     /// The fields that the context has.
     given: BTreeSet<String>,

@@ -10,7 +10,6 @@ use icoray::{Error, Result};
 /// Names of fields that mark elements or points which other ranks have too.
 const GHOSTS: [&str; 2] = ["vtkGhostType", "ascent_ghosts"];
 
-/// A topology of a channel's mesh.
 #[derive(Clone, Copy)]
 pub struct Topology<'a> {
     mesh: Node<'a>,
@@ -32,7 +31,6 @@ pub enum Association {
     Vertex,
 }
 
-/// A field over a topology.
 pub struct BlueprintField<'a> {
     pub name: String,
     pub topology: String,
@@ -79,7 +77,6 @@ pub fn fields(mesh: Node) -> Vec<BlueprintField> {
 }
 
 impl<'a> Topology<'a> {
-    /// The topology of that name.
     pub fn of(mesh: Node<'a>, name: &'a str) -> Result<Self> {
         let all = mesh.at("topologies").map(Node::children).unwrap_or_default();
         if let Some((_, node)) = all.iter().find(|(other, _)| other == name) {
@@ -148,7 +145,6 @@ impl<'a> Topology<'a> {
 }
 
 impl Geometry<'_> {
-    /// A point.
     pub fn point(&self, i: u32) -> DVec3 {
         DVec3::from_array(self.points.map(|axis| axis.real(i as usize)))
     }

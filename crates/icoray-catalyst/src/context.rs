@@ -158,7 +158,6 @@ impl Context {
         checked(unsafe { icoray_heights_set(self.0, array) }, self.0)
     }
 
-    /// Sets a field.
     pub fn set_field(&self, name: &str, values: &ColumnValues) -> Result<()> {
         let (name, grid) = (c_string(name), c_string(values.grid));
         let array = values.as_c(&grid);

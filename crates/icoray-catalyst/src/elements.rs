@@ -79,7 +79,6 @@ impl<'a> Elements<'a> {
         Elements::Uniform { shape: &POINT, connectivity: None, points }
     }
 
-    /// Number of elements.
     pub fn len(&self) -> usize {
         match self {
             Elements::Uniform { shape, connectivity: Some(all), .. } => all.len() / shape.points(),
@@ -161,7 +160,6 @@ impl Shape {
         SHAPES.iter().find(|shape| shape.name == name)
     }
 
-    /// Number of points of an element.
     fn points(&self) -> usize {
         self.sides * self.caps
     }

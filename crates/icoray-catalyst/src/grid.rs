@@ -261,7 +261,6 @@ impl HostColumns {
     }
 }
 
-/// The name of the first or second mesh of the grid `name`.
 fn name_of(mesh: usize, name: &str) -> String {
     if mesh == 0 { name.to_owned() } else { format!("{name} at points") }
 }

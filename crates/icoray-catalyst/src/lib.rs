@@ -88,7 +88,6 @@ unsafe extern "C" fn initialize(params: *const RawNode) -> c_int {
     })
 }
 
-/// Draws what is due.
 unsafe extern "C" fn execute(params: *const RawNode) -> c_int {
     dump("execute", params);
     call(|host| {

@@ -27,7 +27,6 @@ impl Layout {
         Layout { columns, layers, order, elements }
     }
 
-    /// The element of a column and layer.
     pub fn at(&self, column: usize, layer: usize) -> u32 {
         match &self.order {
             Order::InPlace(strides) => strides.at(column as i64, layer as i64) as u32,

@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// A rank's piece of a mesh.
 #[derive(Debug, Default, Clone, Serialize, Deserialize)]
 pub struct Piece {
     /// Number of points in a column; 0 on a rank without elements.

@@ -126,7 +126,6 @@ impl Overrides {
         }
     }
 
-    /// Changes the scenes of a file.
     pub fn apply(&self, script: &mut Script) -> Result<()> {
         let camera = script.set_camera(self.lon, self.lat, self.distance);
         camera.map_err(|e| e.within("--lon, --lat, --distance"))?;

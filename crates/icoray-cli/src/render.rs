@@ -162,7 +162,6 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> CommandResult
     agree(ranks, outcome)
 }
 
-/// Prints the notes.
 pub fn print_notes(notes: &[String], out: &mut impl Write) -> CommandResult {
     notes.iter().try_for_each(|line| Ok(writeln!(out, "note      {line}")?))
 }

@@ -12,7 +12,6 @@ const NAMED: usize = 8;
 
 /// The text of a suggested scene, and a summary.
 pub struct Suggested {
-    /// The content of a scene file.
     pub text: String,
     /// The field of the scene, and the other fields of the file.
     pub summary: String,
@@ -39,7 +38,6 @@ impl Suggested {
         Ok((Suggested { text, summary }, grid))
     }
 
-    /// Writes the text to a file.
     pub fn save(&self, path: &Path, existing: Existing) -> Result<()> {
         let written = existing.check(path).and_then(|()| write_text(path, "the scene", &self.text));
         written.map_err(|e| e.within("--save-scene"))

@@ -37,7 +37,6 @@ struct Region {
 
 /// A format of films that ffmpeg writes.
 struct FilmFormat {
-    /// Extension of the file.
     ending: &'static str,
     /// Options of ffmpeg.
     options: &'static [&'static str],

@@ -46,7 +46,6 @@ struct Program {
 
 /// How test programs are run.
 pub struct Run<'a> {
-    /// Environment variables.
     pub variables: Vec<(&'a str, OsString)>,
     /// Part of the names of the tests to run; all if it is empty.
     pub filter: &'a str,

@@ -9,7 +9,6 @@ use crate::error::Error;
 
 /// The file, below the directory of all builds.
 pub const FILE: &str = "check-times.csv";
-/// Number of entries that the summary lists.
 const LISTED: usize = 12;
 
 /// Writes this run's seconds to the file, where what has not run keeps its last ones. Returns a line for each of the

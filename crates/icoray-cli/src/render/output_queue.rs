@@ -8,7 +8,6 @@ use std::collections::VecDeque;
 use std::path::Path;
 use std::time::Instant;
 
-/// The summary of a picture.
 pub struct PictureSummary {
     pub text: String,
     /// Details to print before and after the seconds of writing, if any.
@@ -39,7 +38,6 @@ enum Destination<'a> {
 }
 
 impl<'a> OutputQueue<'a> {
-    /// Opens the target.
     pub fn new(target: &'a Target, existing: Existing, error_map: Option<&'a Path>) -> Result<Self> {
         let destination = match target {
             Target::Picture(path) => Destination::File(path),

@@ -4,7 +4,6 @@ use icoray::output::{Existing, Output, Stamp};
 use icoray::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf, absolute};
 
-/// The target of pictures.
 pub enum Target {
     /// This file.
     Picture(PathBuf),
@@ -43,7 +42,6 @@ impl Target {
         Ok(Target::Directory(path.to_owned()))
     }
 
-    /// The path of a picture.
     pub fn path(&self, names: &Output, stamp: &Stamp, field: &str) -> Result<PathBuf> {
         match self {
             Target::Directory(directory) => Ok(directory.join(names.names(stamp, field)?.file)),

@@ -210,7 +210,6 @@ impl Folder {
         self.files.values().filter(|file| file.is_there)
     }
 
-    /// The file of that path.
     pub fn file(&self, path: &Path) -> Option<&Watched> {
         self.files.get(path)
     }

@@ -23,7 +23,6 @@ pub struct Session {
 }
 
 impl Session {
-    /// The times to draw.
     pub fn moments(&self) -> &[Moment] {
         &self.moments
     }

@@ -127,7 +127,6 @@ impl Browser {
         [0, 1, 2, 3].map(|k: usize| found[k].as_f64().unwrap())
     }
 
-    /// The middle of an element.
     pub fn middle(&self, selector: &str) -> Place {
         let [x, y, width, height] = self.rectangle(selector);
         [x + width / 2.0, y + height / 2.0]

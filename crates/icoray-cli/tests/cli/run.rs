@@ -37,7 +37,6 @@ kind = "headlight"
 pub struct Folder(TempDir);
 
 impl Folder {
-    /// An empty folder.
     pub fn new() -> Self {
         Folder(tempfile::tempdir().unwrap())
     }
@@ -72,7 +71,6 @@ impl Folder {
         fs::write(self.at(name), text).unwrap();
     }
 
-    /// Number of entries.
     pub fn count(&self) -> usize {
         fs::read_dir(self.path()).unwrap().count()
     }

@@ -95,7 +95,6 @@ impl Watcher {
         self.out.join(picture).exists()
     }
 
-    /// How many pictures were drawn.
     fn drawn(&self) -> usize {
         self.text().lines().filter(|line| line.starts_with("picture ")).count()
     }
