@@ -5,8 +5,7 @@
 //! temporary name begins with a dot and ends in `.tmp`; that file is removed if anything fails, a panic included. Only
 //! a killed process leaves it behind.
 
-use crate::folder::check_file;
-use crate::path::{io_error, made_folder};
+use crate::folder::{check_file, io_error, made_folder};
 use icoray_grid::{Error, ErrorKind, Result};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};

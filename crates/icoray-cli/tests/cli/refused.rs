@@ -79,8 +79,8 @@ fn wrong_usage_exits_with_2() {
         values.split(' ').for_each(|value| refused(&good, &[option, value], 2, &[option]));
     }
     let folder = folder(&Made::history(), &good);
-    fails(icoray(folder.path()).arg("render"), 2, &["FILE.nc"]);
-    fails(&mut icoray(folder.path()), 2, &["Usage: icoray"]);
+    folder.fails(["render"], 2, &["FILE.nc"]);
+    folder.fails([""; 0], 2, &["Usage: icoray"]);
 }
 
 /// They would all write the same pictures.

@@ -81,6 +81,12 @@ impl Folder {
         prints(icoray(self.path()).args(words))
     }
 
+    /// Renders `made.nc` without `scene.toml`.
+    #[track_caller]
+    pub fn render_alone(&self, more: &[&str]) -> String {
+        self.prints([&["render", "made.nc", "--size", "96x72"], more].concat())
+    }
+
     /// Renders `scene.toml`; all lines of the summaries.
     #[track_caller]
     pub fn render(&self, more: &[&str]) -> String {

@@ -131,7 +131,7 @@ fn the_bars_colours_are_the_transfer_functions() {
     let length = right - left - 1;
     for at in [0, 17, length / 2, length - 1] {
         let (color, _) = map.at(10.0 * (at as f64 + 0.5) / length as f64);
-        let expected = color.map(|c| crate::srgb::srgb_byte(c as f32));
+        let expected = color.map(|c| srgb_byte(c as f32));
         assert_eq!(pixel(&canvas, left + 1 + at, top + 1), expected);
         // Beside the ticks it is half as opaque, over grey.
         let beside = pixel(&canvas, left + 1 + at, bottom - 1);
@@ -148,7 +148,7 @@ fn arrows_stand_at_the_ends_that_have_values_beyond_them() {
         let canvas = labelled(&frame);
         let [left, right, top, bottom] = outline(&canvas);
         for (x, end, has_arrow) in [(left - 2, 0.0, beyond[0]), (right + 2, 10.0, beyond[1])] {
-            let color = scene.volumes[0].transfer.at(end).0.map(|c| crate::srgb::srgb_byte(c as f32));
+            let color = scene.volumes[0].transfer.at(end).0.map(|c| srgb_byte(c as f32));
             assert_eq!(pixel(&canvas, x, (top + bottom) / 2) == color, has_arrow, "{values:?}");
         }
     }
