@@ -7,6 +7,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
+/// Options with which programs in C are compiled that need no warning of theirs.
+pub const C_OPTIONS: [&str; 7] =
+    ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-missing-field-initializers", "-O1"];
+
 /// The repository's root.
 pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -63,6 +67,19 @@ pub fn succeeded(command: &mut Command) -> Output {
         text(&output.stderr)
     );
     output
+}
+
+/// All that a command printed, which must succeed.
+pub fn log_of(command: &mut Command) -> String {
+    let output = succeeded(command);
+    text(&output.stdout) + &text(&output.stderr)
+}
+
+/// All that a host of `tests/c` printed, which must end well on all of its ranks.
+pub fn ended_well(ranks: usize, host: &mut Command) -> String {
+    let log = log_of(host);
+    assert_eq!(log.matches("the host ended well").count(), ranks, "{log}");
+    log
 }
 
 /// Compiles a program of `tests/c`, named as the first of its sources, with warnings as errors.

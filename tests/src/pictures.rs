@@ -3,7 +3,7 @@
 use image::RgbaImage;
 use std::collections::{BTreeMap, HashSet};
 use std::fmt::Display;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Pictures by their files' names.
 pub type Pictures = BTreeMap<String, RgbaImage>;
@@ -17,6 +17,16 @@ pub fn pictures(directory: &Path) -> Pictures {
     pictures.map(|path| (name(&path), image::open(&path).unwrap().into_rgba8())).collect()
 }
 
+/// The files of a directory but its report, whose lines have seconds.
+pub fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = std::fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().path());
+    let named = entries.map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), path));
+    let kept = named.filter(|(name, _)| name != "report.csv");
+    // Of a directory in it only the name.
+    let read = |path: &Path| if path.is_dir() { Vec::new() } else { std::fs::read(path).unwrap() };
+    kept.map(|(name, path)| (name, read(&path))).collect()
+}
+
 /// Fails unless the pictures have the same names, and channels that differ by no more than 1 of 255.
 pub fn assert_same(drawn: &Pictures, expected: &Pictures, what: impl Display) {
     assert_eq!(drawn.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>(), "{what}");
@@ -24,6 +34,11 @@ pub fn assert_same(drawn: &Pictures, expected: &Pictures, what: impl Display) {
         let difference = drawn[name].iter().zip(expected.iter()).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
         assert!(difference <= 1, "{what}: {name}: {difference} of 255");
     }
+}
+
+/// [`assert_same`] for the pictures that a run has left in its directory.
+pub fn assert_drew(run: &Path, expected: &Pictures) {
+    assert_same(&pictures(&run.join("pictures")), expected, run.display());
 }
 
 /// Largest and root-mean-square difference of the channels of two files.
@@ -59,4 +74,29 @@ pub fn column(file: &Path, name: &str) -> Vec<String> {
     let mut rows = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let place = rows.next().unwrap().iter().position(|head| *head == name).unwrap();
     rows.map(|row| row[place].to_owned()).collect()
+}
+
+/// Pictures that are the same.
+#[derive(Debug)]
+pub struct Group {
+    /// How many there are.
+    pub count: usize,
+    /// One of them.
+    pub picture: RgbaImage,
+}
+
+/// The pictures of these files, of 64 x 64 pixels, by their names up to the last underscore; others are left out. Fails
+/// where pictures of a group differ.
+pub fn groups(paths: impl IntoIterator<Item = PathBuf>) -> BTreeMap<String, Group> {
+    let mut groups: BTreeMap<String, Group> = BTreeMap::new();
+    for path in paths {
+        let name = path.file_stem().unwrap().to_str().unwrap();
+        let Some((name, _)) = name.rsplit_once('_') else { continue };
+        let picture = image::open(&path).unwrap().into_rgba8();
+        assert_eq!(picture.dimensions(), (64, 64));
+        let group = groups.entry(name.into()).or_insert_with(|| Group { count: 0, picture: picture.clone() });
+        assert!(group.picture == picture, "{} differs from others of its name", path.display());
+        group.count += 1;
+    }
+    groups
 }

@@ -162,7 +162,6 @@ pub fn protected(code: impl FnOnce() -> Result<(), String>) -> Result<(), String
     guarded(call).map_err(|failure| fitted(&failure.message).into_owned())
 }
 
-/// The status of an outcome.
 pub(crate) fn status(outcome: &Outcome<()>) -> icoray_status {
     outcome.as_ref().map_or_else(|failure| failure.status, |()| icoray_status::ICORAY_OK)
 }

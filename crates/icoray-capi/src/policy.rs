@@ -16,7 +16,6 @@ const DISABLE_AFTER: u64 = 3;
 /// Default length of the writer's queue.
 const QUEUE: usize = 2;
 
-/// The options of the writer.
 pub(crate) fn writer_options(config: &icoray_config, output_dir: &str) -> Outcome<WriterOptions> {
     let existing = match config.existing {
         ICORAY_NEVER_MODIFY => Existing::NeverModify,
