@@ -107,13 +107,10 @@ mod tests {
         assert!(check_folder(&at("file")).unwrap_err().to_string().contains("file: cannot make pictures: "));
         assert!(refused(&at(&"x".repeat(300))).contains("too long"));
         assert!(refused(Path::new("x\0.png")).contains("cannot write the file"));
-        #[cfg(unix)]
-        {
-            std::os::unix::fs::symlink(at("nothing"), at("link")).unwrap();
-            let error = check_folder(&at("link/pictures")).unwrap_err();
-            assert_eq!(error.kind(), ErrorKind::Io);
-            assert!(error.to_string().contains("link/pictures: cannot make pictures in "), "{error}");
-        }
+        std::os::unix::fs::symlink(at("nothing"), at("link")).unwrap();
+        let error = check_folder(&at("link/pictures")).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Io);
+        assert!(error.to_string().contains("link/pictures: cannot make pictures in "), "{error}");
     }
 
     /// A file system in which no user can create files, not even root.
