@@ -90,8 +90,7 @@ fn arrays_that_cannot_be_read_in_place_do_not_compile() {
     }
 }
 
-/// Own cells are declared in one way: calls without a declaration or with two do not compile, so that no rank fails
-/// alone.
+/// Own cells are declared in one way: calls without a declaration or with two do not compile, so no rank fails alone.
 #[test]
 fn own_cells_are_declared_in_one_way() {
     let Some(directory) = directory() else { return };

@@ -90,8 +90,7 @@ impl Step {
         outcome.map_err(Error::with(&lines))
     }
 
-    /// Runs a command, prints its output as it comes, and returns the lines with the outcome. Calls `poll` after each
-    /// line.
+    /// Runs a command, prints its output as it comes, and returns lines and outcome. Calls `poll` after each line.
     pub fn echoed(&mut self, command: impl Into<Command>, mut poll: impl FnMut()) -> (Vec<String>, Result<(), Error>) {
         let (lines, outcome) = lines_of(command.into(), |line| {
             self.bar.suspend(|| {

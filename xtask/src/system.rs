@@ -18,8 +18,7 @@ struct Missing<'a> {
     reason: String,
 }
 
-/// Installs the packages of `needed` that the machine lacks, if `install` allows it. Otherwise fails with the command
-/// that installs them.
+/// Installs the packages of `needed` that the machine lacks; unless `install`, fails with the command that does.
 pub fn provide(needed: &[&Package], install: bool, step: &mut Step) -> Result<(), Error> {
     let missing = missing(needed);
     if missing.is_empty() {

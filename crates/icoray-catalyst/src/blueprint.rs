@@ -86,8 +86,7 @@ impl<'a> Topology<'a> {
         Err(Error::grid(format!("no topology {name:?}, found {}", names.join(", "))))
     }
 
-    /// Its arrays. Fails for other meshes than those of known elements in Cartesian coordinates, and where ghosts are
-    /// marked.
+    /// Its arrays. Fails for other meshes than those of known elements in Cartesian coordinates, and for marked ghosts.
     pub fn geometry(self) -> Result<Geometry<'a>> {
         self.refuse_ghosts()?;
         let name = self.name;

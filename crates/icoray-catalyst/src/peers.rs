@@ -29,8 +29,7 @@ impl Peers {
         team.share(&bytes)?.iter().map(|bytes| postcard::from_bytes(bytes).map_err(failed)).collect()
     }
 
-    /// The result of `work` on this rank's data, if no rank fails. A panic is a failure too; no rank waits for one that
-    /// panicked. Collective.
+    /// The result of `work` on this rank's data, if no rank fails. A panic is a failure, and no rank waits. Collective.
     pub fn agree<R>(&mut self, work: impl FnOnce() -> Result<R>) -> Result<R> {
         let mine = Error::of_panics(work);
         self.share_all(mine.as_ref().map(drop).map_err(Error::clone))?;

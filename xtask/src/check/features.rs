@@ -13,8 +13,7 @@ use crate::step::Step;
 /// from crates.io for all of them, and compiles these crates once. Each package is compiled alone without features.
 const COMPANIONS: [&str; 6] = ["icoray-gpu", "icoray-live", "icoray-mpi", "icoray-netcdf", "icoray-reference", "xtask"];
 
-/// Features that are left out: they compile NetCDF and HDF5 from their sources, which takes minutes and a newer CMake than
-/// Debian's.
+/// Features that are left out: they compile NetCDF and HDF5, which takes minutes and a newer CMake than Debian's.
 const LEFT_OUT: [&str; 1] = ["static"];
 
 /// Checks that every package with features compiles without any, and with each alone.

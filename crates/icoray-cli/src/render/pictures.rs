@@ -1,8 +1,6 @@
 //! Reads and draws the pictures of one time after the other.
 
-use super::job::Job;
-use super::output_queue::OutputQueue;
-use super::{agree, print_blocks};
+use super::{Job, OutputQueue, agree, print_blocks};
 use crate::failure::CommandResult;
 use icoray::{Frame, Ranks, Result, Shot, View};
 use icoray_dataset::view::answers;
