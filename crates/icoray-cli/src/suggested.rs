@@ -126,7 +126,6 @@ fn summary(selection: &Selection, info: &FieldInfo, others: &[&FieldInfo]) -> St
 /// The scenes to render.
 pub struct Scenes<'f> {
     pub script: Script,
-    /// The file's grid.
     pub grid: Grid<'f>,
     /// The suggestion, if no scene was given.
     pub suggested: Option<Suggested>,

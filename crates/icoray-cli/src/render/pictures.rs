@@ -31,7 +31,6 @@ pub struct Due<'a> {
 }
 
 impl<'a> Pictures<'a> {
-    /// The pictures of a series, of which none is drawn.
     pub fn new(file: &'a Dataset, series: &'a Series<'a>, job: Job<'a>, progress: &'a Progress) -> Self {
         let count = series.pictures();
         progress.pictures(count);

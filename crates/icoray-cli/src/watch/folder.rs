@@ -170,7 +170,6 @@ impl Watched {
     }
 }
 
-/// The watched directory.
 pub struct Folder {
     path: PathBuf,
     pattern: Pattern,

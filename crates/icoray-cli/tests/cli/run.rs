@@ -156,7 +156,6 @@ pub fn shows_something(path: &Path, width: u32, height: u32) {
     assert!(reds.len() > 20, "{} shades in {}", reds.len(), path.display());
 }
 
-/// Differences of two pictures' bytes.
 #[derive(Debug)]
 pub struct Difference {
     pub mean: f64,
