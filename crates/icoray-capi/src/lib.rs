@@ -4,8 +4,8 @@
 //! memory); [`boundary`] statuses, messages and panics; [`host`] the host's floating-point state and signals;
 //! [`memory`] allocation counters; [`handle`] locks of a context; [`context`] inputs and calls of a context;
 //! [`drawing`] rendering and writing of frames; [`message`] the length of messages; [`ranks`] MPI communicators,
-//! agreement, the ranks that a program was started as, and the default number of threads; [`viewer_message`] requests of
-//! viewers for all ranks; [`policy`] options of the writer and the answer to failed frames; [`log`] the host's log.
+//! agreement, the ranks that a program was started as, and the default number of threads; [`viewer_message`] requests
+//! of viewers for all ranks; [`policy`] options of the writer and the answer to failed frames; [`log`] the host's log.
 //! Exported functions are in [`open`], [`inputs`], [`frames`], [`mesh`] and [`log`].
 //!
 //! Modules are public for bindings of other languages, which build these sources as a Rust library (`context` beside

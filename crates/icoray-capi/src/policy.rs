@@ -1,5 +1,5 @@
-//! The config's options of the writer, and its `on_error`: how failed frames are logged and counted, and when the context
-//! is disabled.
+//! The config's options of the writer, and its `on_error`: how failed frames are logged and counted, and when the
+//! context is disabled.
 
 use crate::borrow::config_error;
 use crate::boundary::{Failure, Outcome};

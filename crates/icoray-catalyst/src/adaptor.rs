@@ -72,8 +72,8 @@ impl Adaptor {
         })
     }
 
-    /// Draws what is due; a rank without a node has no channels. Collective; all fail where one does. Failures of fields
-    /// and frames are in the log.
+    /// Draws what is due; a rank without a node has no channels. Collective; all fail where one does. Failures of
+    /// fields and frames are in the log.
     pub fn execute(&mut self, params: Option<Node>) -> Result<()> {
         let channels = guarded(|| params.map(Channel::all).unwrap_or_default());
         let (step, time_s) = self.now(params, &channels)?;

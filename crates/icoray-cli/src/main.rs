@@ -132,7 +132,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// stdout, without the control characters of files, paths and scenes. Each text that is written, as each piece of `writeln!`, has whole characters.
+/// stdout, without the control characters of files, paths and scenes. Each text that is written, as each piece of
+/// `writeln!`, has whole characters.
 struct Printed(StdoutLock<'static>);
 
 impl Write for Printed {

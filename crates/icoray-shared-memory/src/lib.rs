@@ -76,8 +76,8 @@ impl SharedMemory {
         assert!(self.is_open, "bytes are written between `begin` and `settle` only");
         let end = at.checked_add(bytes.len()).filter(|end| *end <= self.bytes);
         assert!(end.is_some(), "{} bytes at {at} of {}", bytes.len(), self.bytes);
-        // SAFETY: inside of the mapping, of which no slice is there, as it is borrowed mutably here and no other process
-        // reads it.
+        // SAFETY: inside of the mapping, of which no slice is there, as it is borrowed mutably here and no other
+        // process reads it.
         unsafe { ptr::copy_nonoverlapping(bytes.as_ptr(), self.start.add(at), bytes.len()) };
     }
 

@@ -1,5 +1,5 @@
-//! Where pictures go, from the option `--output`: a single named one is written at once, those in a directory on a writer
-//! thread, so that the next one is rendered while one is encoded.
+//! Where pictures go, from the option `--output`: a single named one is written at once, those in a directory on a
+//! writer thread, so that the next one is rendered while one is encoded.
 
 use icoray::output::{Existing, Output, Stamp, Writer, WriterOptions, write_error_map, write_picture_with};
 use icoray::{Error, ErrorKind, Frame, Result};
