@@ -2,7 +2,7 @@
 
 use crate::files::folder;
 use crate::made::Made;
-use crate::run::{fails, icoray, scene};
+use crate::run::scene;
 
 /// Renders with `more` arguments, which must fail and leave no picture.
 #[track_caller]
@@ -87,6 +87,7 @@ fn wrong_usage_exits_with_2() {
 #[cfg(not(feature = "mpi"))]
 #[test]
 fn ranks_without_mpi_are_refused() {
+    use crate::run::{fails, icoray};
     let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));
     for name in ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"] {
         let mut command = icoray(folder.path());
