@@ -52,7 +52,6 @@ fn compile_all(name: &str, compile: fn(&[&str]) -> PathBuf) -> PathBuf {
     compile(&sources)
 }
 
-/// Compiles a program of `tests/c` as C++.
 fn compile_cpp(sources: &[&str]) -> PathBuf {
     compile("c++", &["-std=c++11", "-x", "c++"], sources)
 }
@@ -109,22 +108,22 @@ fn the_library_exports_its_functions_and_nothing_else() {
     assert_eq!(exported, functions());
 }
 
+fn refuses_wrong_calls(program: &Path) {
+    let directory = TempDir::new().unwrap();
+    checked(command(program, directory.path()).arg(directory.path()), "refusals", 3000);
+}
+
 #[test]
 fn wrong_calls_are_refused() {
-    let directory = TempDir::new().unwrap();
-    let program = compile_all("refusals", compile_c);
-    checked(command(program, directory.path()).arg(directory.path()), "refusals", 3000);
+    refuses_wrong_calls(&compile_all("refusals", compile_c));
 }
 
 /// What C++ makes of the enum and the macros.
 #[test]
 fn wrong_calls_are_refused_in_cpp() {
-    if !has_tool(Need::Cxx, "c++") {
-        return;
+    if has_tool(Need::Cxx, "c++") {
+        refuses_wrong_calls(&compile_all("refusals", compile_cpp));
     }
-    let directory = TempDir::new().unwrap();
-    let program = compile_all("refusals", compile_cpp);
-    checked(command(program, directory.path()).arg(directory.path()), "refusals", 3000);
 }
 
 #[test]

@@ -6,8 +6,8 @@ mod hosts;
 
 use hosts::{Host, compiled, ended_well, has_view, prepared, sources, temporary, with_icoray};
 use icoray_test_support::{Need, runs_long, skip, skip_because};
-use icoray_tests::native::{command, root, succeeded, text};
-use icoray_tests::pictures::{Pictures, assert_distinct, assert_same, pictures};
+use icoray_tests::native::{command, log_of, root, succeeded};
+use icoray_tests::pictures::{Pictures, assert_distinct, assert_drew, assert_same, pictures};
 use icoray_tests::ranks::FIRST;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -17,11 +17,6 @@ const STEPS: usize = 3;
 /// The pictures of a run.
 fn drawn(run: &Path) -> Pictures {
     pictures(&run.join("pictures"))
-}
-
-/// Fails where a run drew other pictures.
-fn assert_drew(run: &Path, expected: &Pictures) {
-    assert_same(&drawn(run), expected, run.display());
 }
 
 /// What whole arrays in one process show, in a scene on native heights where there are hills. A scene of one field has
@@ -103,9 +98,7 @@ fn single_layers_are_surfaces() {
             let expected = direct(&directory, shape, "opaque");
             for ranks in [1, 3] {
                 let run = prepared(&directory, &format!("{shape} {ranks}"), "opaque");
-                let log = host.run(ranks, &run, &["scene.toml", shape, "opaque", &STEPS.to_string(), "level"]);
-                assert!(!log.contains("icoray:"), "{log}");
-                assert_drew(&run, &expected);
+                host.draws(ranks, &run, &["scene.toml", shape, "opaque", &STEPS.to_string(), "level"], &expected);
             }
         }
     }
@@ -120,9 +113,7 @@ fn hosts_on_one_process_draw_too() {
     for kind in ["", "EXTERNAL_CONDUIT"] {
         let host = Host::of_kind(directory, kind, false);
         let run = prepared(directory, &format!("run {kind}"), "flat");
-        let log = host.run(1, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column"]);
-        assert!(!log.contains("icoray:"), "{log}");
-        assert_drew(&run, &expected);
+        host.draws(1, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column"], &expected);
     }
     // A host that is a module, with a libcatalyst that is loaded for it alone.
     let alone = Host::of_double(&temporary(directory, "module"), false);
@@ -137,24 +128,19 @@ fn hosts_on_one_process_draw_too() {
     let mut command = command(&loader, &run);
     command.arg(&module).args(["scene.toml", "wedges", "flat", &STEPS.to_string(), "column"]);
     command.env("CATALYST_IMPLEMENTATION_NAME", "icoray").env("CATALYST_IMPLEMENTATION_PATHS", &alone.implementation);
-    let log = ended_well(1, command);
+    let log = ended_well(1, &mut command);
     assert!(!log.contains("icoray:"), "{log}");
     assert_drew(&run, &expected);
     // Without a planet's radius the innermost layer is its surface, as it is here; the environment may name the scene.
     let host = Host::of_double(directory, true);
     for (fault, ranks) in [("no radius", 1), ("list", 2), ("count", 2)] {
         let run = prepared(directory, fault, "flat");
-        let log = host.run(ranks, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column", fault]);
-        assert!(!log.contains("icoray:"), "{log}");
-        assert_drew(&run, &expected);
+        host.draws(ranks, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column", fault], &expected);
     }
     let run = prepared(directory, "environment", "flat");
     let arguments = ["-", "wedges", "flat", &STEPS.to_string(), "column", "no scene"];
     let mut command = host.command(2, &run, &arguments);
-    ended_well(2, {
-        command.env("ICORAY_SCENE", "scene.toml");
-        command
-    });
+    ended_well(2, command.env("ICORAY_SCENE", "scene.toml"));
     assert_drew(&run, &expected);
 }
 
@@ -168,9 +154,7 @@ fn ranks_without_elements_draw_with_the_others() {
         let expected = direct(directory, shape, "flat");
         for kind in ["empty", "no data", "mesh state"] {
             let run = prepared(directory, &format!("{shape} {kind}"), "flat");
-            let log = host.run(3, &run, &["scene.toml", shape, "flat", &STEPS.to_string(), "column", kind]);
-            assert!(!log.contains("icoray:"), "{shape} {kind}: {log}");
-            assert_drew(&run, &expected);
+            host.draws(3, &run, &["scene.toml", shape, "flat", &STEPS.to_string(), "column", kind], &expected);
         }
     }
 }
@@ -190,9 +174,7 @@ fn meshes_of_each_step_are_drawn() {
             for (change, heights, expected) in [("moving", "hills", &moving), ("renumbered", "flat", &flat)] {
                 let run = prepared(directory, &format!("{shape} {change} {ranks}"), heights);
                 let arguments = ["scene.toml", shape, heights, &STEPS.to_string(), "column", change];
-                let log = host.run(ranks, &run, &arguments);
-                assert!(!log.contains("icoray:"), "{log}");
-                assert_drew(&run, expected);
+                host.draws(ranks, &run, &arguments, expected);
             }
         }
         let run = prepared(directory, &format!("{shape} two"), "flat");
@@ -244,12 +226,11 @@ fn the_real_libcatalyst_draws_the_same() {
         std::fs::create_dir(&dump).unwrap();
         let mut host = host.command(ranks, &first, &["scene.toml", "wedges", "hills", &STEPS.to_string(), "column"]);
         host.env("CATALYST_DATA_DUMP_DIRECTORY", format!("{}/", dump.display()));
-        ended_well(ranks, host);
+        ended_well(ranks, &mut host);
         let mut player = FIRST.on_ranks(ranks, &replay, &again);
         player.arg(&dump).env("CATALYST_IMPLEMENTATION_NAME", "icoray");
         player.env("CATALYST_IMPLEMENTATION_PATHS", directory.join("implementation"));
-        let output = succeeded(player.env("LD_LIBRARY_PATH", library.parent().unwrap()));
-        let log = text(&output.stdout) + &text(&output.stderr);
+        let log = log_of(player.env("LD_LIBRARY_PATH", library.parent().unwrap()));
         // Files are packed, so that numbers may lie at odd addresses.
         let copies = log.matches("are not at multiples of their size in memory, and are copied").count();
         assert_eq!(log.matches("icoray:").count(), copies, "{log}");

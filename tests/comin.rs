@@ -2,17 +2,14 @@
 //! ICORAY_COMIN names its prefix.
 
 use icoray_test_support::{Need, runs_long, skip, skip_because};
-use icoray_tests::native::{command, linked, mpi_library, root, succeeded, text, with_small_disk};
-use icoray_tests::pictures::{Pictures, assert_distinct, assert_same, column, pictures};
+use icoray_tests::native::{C_OPTIONS, command, linked, log_of, mpi_library, root, succeeded, with_small_disk};
+use icoray_tests::pictures::{Pictures, assert_distinct, assert_drew, column, pictures};
 use icoray_tests::ranks::FIRST;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
 
 mod file;
-
-const WARNINGS: [&str; 7] =
-    ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-missing-field-initializers", "-O1"];
 
 /// Files in C of `tests/c/comin`, or of the plugin.
 fn sources<const N: usize>(names: [&str; N]) -> [PathBuf; N] {
@@ -26,7 +23,7 @@ fn plugin_sources() -> [PathBuf; 4] {
 /// A compiler with the options of all; what it compiles links icoray behind `libraries`.
 fn compiler(name: &str, to: &Path, options: &[&str], sources: &[PathBuf], libraries: &[&str]) {
     let mut compile = command(name, to.parent().unwrap());
-    compile.args(WARNINGS).arg("-I").arg(root().join("include")).args(options).arg("-o").arg(to).args(sources);
+    compile.args(C_OPTIONS).arg("-I").arg(root().join("include")).args(options).arg("-o").arg(to).args(sources);
     succeeded(compile.args(libraries).args(linked(mpi_library())).args(["-lm", "-ldl"]));
 }
 
@@ -76,14 +73,12 @@ impl Double {
 
     /// What the host printed, which ended well on all ranks.
     fn run(&self, ranks: usize, run: &Path, arguments: &[&str]) -> String {
-        ended_well(ranks, self.host(ranks, run, &self.plugin(), arguments))
+        ended_well(ranks, &mut self.host(ranks, run, &self.plugin(), arguments))
     }
 }
 
-fn ended_well(ranks: usize, mut host: Command) -> String {
-    let output = succeeded(&mut host);
-    let log = text(&output.stdout) + &text(&output.stderr);
-    assert_eq!(log.matches("the host ended well").count(), ranks, "{log}");
+fn ended_well(ranks: usize, host: &mut Command) -> String {
+    let log = icoray_tests::native::ended_well(ranks, host);
     assert!(!log.contains("an error is left in ComIn"), "{log}");
     log
 }
@@ -95,11 +90,6 @@ fn prepared(directory: &Path, name: &str, change: impl FnOnce(String) -> String)
     std::fs::create_dir(&to).unwrap();
     std::fs::write(to.join("scene.toml"), change(scene)).unwrap();
     to
-}
-
-/// Fails where a run drew other pictures.
-fn assert_drew(run: &Path, expected: &Pictures) {
-    assert_same(&pictures(&run.join("pictures")), expected, run.display());
 }
 
 /// What whole arrays in one process show, over the steps 0 to 3.
@@ -140,10 +130,7 @@ fn icon_draws_the_pictures_of_whole_arrays() {
         // Ranks that are alone on their nodes exchange fragments.
         let run = prepared(directory, &format!("{version}_nodes"), |scene| scene);
         let mut host = double.host(3, &run, &double.plugin(), &["scene.toml", "1", "0", "3"]);
-        ended_well(3, {
-            host.env("ICORAY_NODE_RANKS", "1");
-            host
-        });
+        ended_well(3, host.env("ICORAY_NODE_RANKS", "1"));
         assert_drew(&run, &expected);
         // Rendered while the host goes on.
         for ranks in [1, 3] {
@@ -251,7 +238,7 @@ fn no_failure_ends_icon() {
     for (host, plugin) in [(&old, &new), (&new, &old)] {
         let run = directory.join("scene.toml");
         std::fs::write(&run, "").unwrap();
-        let log = ended_well(2, host.host(2, directory, &plugin.plugin(), &["scene.toml", "1", "0", "1"]));
+        let log = ended_well(2, &mut host.host(2, directory, &plugin.plugin(), &["scene.toml", "1", "0", "1"]));
         assert!(log.contains("was built for another ComIn than ICON's"), "{log}");
     }
     // Where pictures cannot be written.
@@ -269,8 +256,8 @@ fn a_full_disk_does_not_end_icon() {
     let run = prepared(directory.path(), "full", |scene| scene);
     std::fs::create_dir(run.join("pictures")).unwrap();
     let inner = double.host(2, &run, &double.plugin(), &["scene.toml", "1", "0", "9"]);
-    let Some(host) = with_small_disk(&inner, "24k", "pictures") else { return };
-    let log = ended_well(2, host);
+    let Some(mut host) = with_small_disk(&inner, "24k", "pictures") else { return };
+    let log = ended_well(2, &mut host);
     assert!(log.contains("No space left on device"), "{log}");
     // After three failed frames in a row icoray switches itself off.
     assert!(log.matches("icoray: warning").count() < 12, "{log}");
@@ -307,8 +294,7 @@ fn the_real_comin_draws_the_same() {
         data.args([&ranks.to_string(), "3"]).args([&values, &library]).arg("scene.toml");
         succeeded(data.args([number("VERSION_MAJOR"), number("VERSION_MINOR")]));
         let mut host = FIRST.on_ranks(ranks, &replay, &run);
-        let output = succeeded(host.env("LD_LIBRARY_PATH", prefix.join("lib")));
-        let log = text(&output.stdout) + &text(&output.stderr);
+        let log = log_of(host.env("LD_LIBRARY_PATH", prefix.join("lib")));
         assert!(!log.contains("icoray: "), "{log}");
         assert_drew(&run, &expected);
         assert_eq!(bytes_copied(&run), ["0"; 8], "{ranks} ranks");

@@ -4,8 +4,7 @@ use icoray_test_support::{Need, has_tool, runs_long};
 use icoray_tests::interface::Interface;
 use icoray_tests::layout::{LAYOUT, assert_layout_is_of_rust};
 use icoray_tests::native::{checked, command, library, linked, root, succeeded, text, valgrind};
-use icoray_tests::pictures::count_colors;
-use std::collections::BTreeMap;
+use icoray_tests::pictures::{count_colors, groups};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -91,8 +90,7 @@ fn arrays_that_cannot_be_read_in_place_do_not_compile() {
     }
 }
 
-/// Own cells are declared in one way: calls without a declaration or with two do not compile, so that no rank fails
-/// alone.
+/// Own cells are declared in one way: calls without a declaration or with two do not compile, so no rank fails alone.
 #[test]
 fn own_cells_are_declared_in_one_way() {
     let Some(directory) = directory() else { return };
@@ -204,29 +202,15 @@ fn fortran_sees_the_structs_as_rust_does() {
     assert_layout_is_of_rust(&text(&output.stdout));
 }
 
-/// Pictures and their pixels, by the directory's and the file's name.
-fn pictures(directory: &Path) -> BTreeMap<String, Vec<(PathBuf, image::RgbaImage)>> {
-    let mut groups: BTreeMap<String, Vec<_>> = BTreeMap::new();
-    for entry in std::fs::read_dir(directory).unwrap() {
-        for file in std::fs::read_dir(entry.unwrap().path()).unwrap() {
-            let path = file.unwrap().path();
-            let name = path.file_stem().unwrap().to_str().unwrap();
-            let Some((group, _)) = name.rsplit_once('_') else { continue };
-            let picture = image::open(&path).unwrap().into_rgba8();
-            groups.entry(group.into()).or_default().push((path, picture));
-        }
-    }
-    groups
-}
-
 /// Layouts, kinds and numberings make no difference to a picture; values do. Refusals are checked by the program.
 #[test]
 fn pictures_depend_on_values_and_nothing_else() {
     let Some(directory) = directory() else { return };
     let program = compile_pictures(&["-O1", "-fcheck=all"], directory.path());
     checked(command(program, directory.path()).arg("out").args(["3", "64"]), "pictures", 400);
-    let groups = pictures(&directory.path().join("out"));
-    let sizes: Vec<_> = groups.iter().map(|(group, members)| (group.as_str(), members.len())).collect();
+    let within = |path: &Path| std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path());
+    let groups = groups(within(&directory.path().join("out")).flat_map(|path| within(&path)));
+    let sizes: Vec<_> = groups.iter().map(|(name, group)| (name.as_str(), group.count)).collect();
     let expected = [
         ("backwards", 1),
         ("coarse", 1),
@@ -239,16 +223,11 @@ fn pictures_depend_on_values_and_nothing_else() {
         ("year_0001", 2),
     ];
     assert_eq!(sizes, expected);
-    for (group, members) in &groups {
-        let (first, picture) = &members[0];
-        assert_eq!(picture.dimensions(), (64, 64));
-        for (path, other) in &members[1..] {
-            assert!(picture == other, "{} and {} differ", first.display(), path.display());
-        }
-        let colors = count_colors(picture);
-        assert!(colors > 50 || group == "coarse", "{group}: {colors} colours");
-        for (other, others) in groups.iter().filter(|(other, _)| *other != group) {
-            assert!(*picture != others[0].1, "{group} and {other} are the same");
+    for (name, group) in &groups {
+        let colors = count_colors(&group.picture);
+        assert!(colors > 50 || name == "coarse", "{name}: {colors} colours");
+        for (other, others) in groups.iter().filter(|(other, _)| *other != name) {
+            assert!(group.picture != others.picture, "{name} and {other} are the same");
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use icoray_test_support::{Need, skip, skip_because};
 use icoray_tests::native::{checked, command, compile_c};
-use icoray_tests::pictures::difference;
+use icoray_tests::pictures::{difference, files};
 use icoray_tests::ranks::FIRST;
 use std::path::Path;
 use std::process::Command;
@@ -28,18 +28,10 @@ fn without_drivers(command: &mut Command) -> &mut Command {
     command.env("VK_DRIVER_FILES", "/none.json").env("VK_ICD_FILENAMES", "/none.json")
 }
 
-fn pictures(directory: &Path) -> Vec<String> {
-    let names = std::fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().file_name());
-    let mut names: Vec<String> = names.map(|name| name.into_string().unwrap()).collect();
-    names.retain(|name| name.ends_with(".png") || name.ends_with(".exr"));
-    names.sort();
-    names
-}
-
 /// Compares the pictures of two directories.
 fn compare(one: &Path, other: &Path, max: f64) {
-    let names = pictures(one);
-    assert!(!names.is_empty() && names == pictures(other), "{names:?}");
+    let names: Vec<String> = files(one).into_keys().collect();
+    assert!(!names.is_empty() && files(other).keys().eq(&names), "{names:?}");
     for name in names {
         let [largest, rmse] = difference(&one.join(&name), &other.join(&name));
         assert!(largest <= max && rmse <= RMSE.max(max / 10.0), "{name}: {largest:e}, rmse {rmse:e}");

@@ -25,8 +25,7 @@ impl Hook {
         root().join("examples/fortran").join(self.directory).join(name)
     }
 
-    /// Compiles the double, the hook and the run; MPAS compiles its sources, `.F`, as free form through the
-    /// preprocessor.
+    /// Compiles the double, the hook and the run; MPAS has its sources, `.F`, preprocessed and read as free form.
     fn compile(&self, options: &[&str], directory: &Path) -> PathBuf {
         let program = directory.join(self.run);
         let mut compile = command("mpifort", directory);
@@ -42,8 +41,7 @@ impl Hook {
         program
     }
 
-    /// A directory for a run, with the example's scene in small and without labels, as their text contains
-    /// errors.
+    /// A directory for a run, with the example's scene in small and without labels, whose text has errors.
     fn prepared(&self, directory: &Path, name: &str) -> PathBuf {
         let scene = std::fs::read_to_string(self.file("icoray.toml")).unwrap();
         let scene = scene.replace("width = 640", "width = 120").replace("height = 480", "height = 90");

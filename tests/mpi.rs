@@ -2,22 +2,11 @@
 
 use icoray_test_support::{Need, has_tool};
 use icoray_tests::native::{checked, command, library, linked, mpi_library, root, succeeded, text, with_small_disk};
-use icoray_tests::pictures::{column, difference};
+use icoray_tests::pictures::{column, difference, files};
 use icoray_tests::ranks::{FIRST, MPICH, Mpi};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
-
-/// The files of a directory but its report, whose lines have seconds.
-fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
-    let entries = std::fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().path());
-    let named = entries.map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), path));
-    let kept = named.filter(|(name, _)| name != "report.csv");
-    // Of a directory in it only the name.
-    let read = |path: &Path| if path.is_dir() { Vec::new() } else { std::fs::read(path).unwrap() };
-    kept.map(|(name, path)| (name, read(&path))).collect()
-}
 
 /// A program of `tests/c` with an MPI, and the directory of its pictures.
 struct Run<'a> {

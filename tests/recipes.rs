@@ -1,7 +1,7 @@
 //! The recipes of the book draw the pictures of plain arrays.
 
 use icoray_test_support::{Need, has_tool, skip_because};
-use icoray_tests::native::{command, library, linked, root, succeeded, text};
+use icoray_tests::native::{command, library, linked, log_of, root, succeeded};
 use icoray_tests::pictures::{count_colors, pictures};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -45,8 +45,7 @@ fn drawn(
     std::fs::write(run.join("scene.toml"), format!("{head}{scene}")).unwrap();
     let mut command = command(program, &run);
     change(&mut command);
-    let output = succeeded(&mut command);
-    let log = text(&output.stdout) + &text(&output.stderr);
+    let log = log_of(&mut command);
     assert!(!log.contains("icoray:"), "{log}");
     (pictures(&run.join("pictures")).into_values().collect(), log)
 }

@@ -1,6 +1,7 @@
 //! The C model over ranks: each computes the whole model, and together they draw the pictures of one process.
 
 use icoray_tests::native::{command, library, linked, mpi_library, root, succeeded, text};
+use icoray_tests::pictures::files;
 use icoray_tests::ranks::FIRST;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -28,10 +29,7 @@ fn drawn(run: &mut Command, scene: &Path, to: &Path) -> BTreeMap<String, Vec<u8>
     let output = succeeded(run.args(SIZE).arg("--scene").arg(scene).arg("--out").arg(to));
     let log = text(&output.stdout);
     assert_eq!(log.matches("summary ").count(), 1, "only rank 0 speaks:\n{log}");
-    let paths = std::fs::read_dir(to).unwrap().map(|entry| entry.unwrap().path());
-    let pictures = paths.filter(|path| path.extension().is_some_and(|extension| extension == "png"));
-    let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
-    pictures.map(|path| (name(&path), std::fs::read(&path).unwrap())).collect()
+    files(to)
 }
 
 #[test]

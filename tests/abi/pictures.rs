@@ -4,9 +4,8 @@ use super::{VIEWS, compile_all};
 use icoray::output::write_picture;
 use icoray::{Field, Fields, Grid, IcosahedralMesh, Layers, Location, LonLat, Renderer, Scene};
 use icoray_tests::native::{checked, command, compile_c};
-use icoray_tests::pictures::count_colors;
+use icoray_tests::pictures::{count_colors, groups};
 use image::RgbaImage;
-use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -124,15 +123,8 @@ fn pictures_depend_on_values_and_nothing_else() {
     checked(command(program, directory.path()).arg("out").args(["3", "64"]), "pictures", 3000);
     let mut paths = Vec::new();
     reported(&directory.path().join("out"), &mut paths);
-    let mut groups: BTreeMap<String, Vec<(PathBuf, RgbaImage)>> = BTreeMap::new();
-    for path in paths {
-        let picture = read(&path);
-        assert_eq!(picture.dimensions(), (64, 64));
-        let name = path.file_stem().unwrap().to_str().unwrap();
-        let (group, _) = name.rsplit_once('_').unwrap();
-        groups.entry(group.to_string()).or_default().push((path, picture));
-    }
-    let sizes: Vec<_> = groups.iter().map(|(group, members)| (group.as_str(), members.len())).collect();
+    let groups = groups(paths);
+    let sizes: Vec<_> = groups.iter().map(|(name, group)| (name.as_str(), group.count)).collect();
     let expected = [
         ("averaged", 8),
         ("coarse", 5),
@@ -153,28 +145,21 @@ fn pictures_depend_on_values_and_nothing_else() {
         ("two", 6),
     ];
     assert_eq!(sizes, expected);
-    for members in groups.values() {
-        let (first, picture) = &members[0];
-        for (path, other) in &members[1..] {
-            let distance = distance(picture, other);
-            assert!(picture == other, "{} and {}: {distance}", first.display(), path.display());
-        }
-    }
     let rust = two_fields_in_rust(&directory.path().join("rust.png"));
-    assert!(groups["two"][0].1 == rust, "two fields: {}", distance(&groups["two"][0].1, &rust));
-    for (near, members) in &groups {
-        let Some(group) = near.strip_prefix("near ") else { continue };
-        let distance = distance(&members[0].1, &groups[group][0].1);
+    let picture = |name: &str| &groups[name].picture;
+    assert!(*picture("two") == rust, "two fields: {}", distance(picture("two"), &rust));
+    for near in groups.keys() {
+        let Some(name) = near.strip_prefix("near ") else { continue };
+        let distance = distance(picture(near), picture(name));
         assert!(distance < 0.05, "{near}: {distance}");
     }
-    let mut different = groups.iter().filter(|(group, _)| !group.starts_with("near "));
-    while let Some((group, members)) = different.next() {
-        let picture = &members[0].1;
-        let colors = count_colors(picture);
-        assert!(group == "nothing" || colors > 50, "{group}: {colors} colours");
-        for (other, others) in different.clone() {
-            let distance = distance(picture, &others[0].1);
-            assert!(distance > 0.5, "{group} and {other}: {distance}");
+    let mut different = groups.keys().filter(|name| !name.starts_with("near "));
+    while let Some(name) = different.next() {
+        let colors = count_colors(picture(name));
+        assert!(name == "nothing" || colors > 50, "{name}: {colors} colours");
+        for other in different.clone() {
+            let distance = distance(picture(name), picture(other));
+            assert!(distance > 0.5, "{name} and {other}: {distance}");
         }
     }
 }

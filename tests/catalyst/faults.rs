@@ -58,7 +58,7 @@ fn files_of_calls_that_cannot_be_made_do_not_end_the_host() {
             let run = prepared(directory, &format!("{name} on {ranks}"), "flat");
             let mut command = host.command(ranks, &run, &["scene.toml", "wedges", "flat", "2", "column"]);
             command.env("CATALYST_DATA_DUMP_DIRECTORY", run.join(name));
-            let log = ended_well(ranks, command);
+            let log = ended_well(ranks, &mut command);
             assert_eq!(log.matches("no files for catalyst_replay are written: ").count(), warnings, "{log}");
             assert_eq!(std::fs::read_dir(run.join(name)).map_or(0, Iterator::count), files, "{log}");
             assert_eq!(pictures_of(&run).len(), 3, "{log}");
@@ -74,8 +74,8 @@ fn a_full_disk_does_not_end_the_host() {
     let run = prepared(directory.path(), "full", "flat");
     std::fs::create_dir(run.join("pictures")).unwrap();
     let inner = host.command(2, &run, &["scene.toml", "wedges", "flat", "10", "column"]);
-    let Some(outer) = with_small_disk(&inner, "24k", "pictures") else { return };
-    let log = ended_well(2, outer);
+    let Some(mut outer) = with_small_disk(&inner, "24k", "pictures") else { return };
+    let log = ended_well(2, &mut outer);
     assert!(log.contains("No space left on device"), "{log}");
     assert!(log.matches("icoray: warning").count() < 12, "{log}");
 }

@@ -1,12 +1,11 @@
 //! Hosts in C, each with the libcatalyst that it was built against.
 
-use icoray_tests::native::{catalyst_library, command, linked, mpi_library, root, succeeded, text};
+use icoray_tests::native::{C_OPTIONS, catalyst_library, command, linked, mpi_library, root, succeeded};
+use icoray_tests::pictures::{Pictures, assert_drew};
 use icoray_tests::ranks::FIRST;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const WARNINGS: [&str; 7] =
-    ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-missing-field-initializers", "-O1"];
 /// Files in C of `tests/c/catalyst`.
 pub(super) fn sources<const N: usize>(names: [&str; N]) -> [PathBuf; N] {
     names.map(|name| root().join("tests/c/catalyst").join(name))
@@ -14,7 +13,7 @@ pub(super) fn sources<const N: usize>(names: [&str; N]) -> [PathBuf; N] {
 
 pub(super) fn compiled(compiler: &str, to: &Path, options: &[&str], sources: &[PathBuf], libraries: &[&str]) {
     let mut compile = command(compiler, to.parent().unwrap());
-    compile.args(WARNINGS).args(options).arg("-o").arg(to).args(sources).args(libraries);
+    compile.args(C_OPTIONS).args(options).arg("-o").arg(to).args(sources).args(libraries);
     succeeded(compile.args(["-lm", "-ldl"]));
 }
 
@@ -87,14 +86,19 @@ impl Host {
 
     /// What the host printed, which ended well on all ranks and never got another status than that all is well.
     pub(super) fn run(&self, ranks: usize, run: &Path, arguments: &[&str]) -> String {
-        ended_well(ranks, self.command(ranks, run, arguments))
+        ended_well(ranks, &mut self.command(ranks, run, arguments))
+    }
+
+    /// Fails where the host or icoray has something to say, or draws other pictures.
+    pub(super) fn draws(&self, ranks: usize, run: &Path, arguments: &[&str], expected: &Pictures) {
+        let log = self.run(ranks, run, arguments);
+        assert!(!log.contains("icoray:"), "{}: {log}", run.display());
+        assert_drew(run, expected);
     }
 }
 
-pub(super) fn ended_well(ranks: usize, mut host: Command) -> String {
-    let output = succeeded(&mut host);
-    let log = text(&output.stdout) + &text(&output.stderr);
-    assert_eq!(log.matches("the host ended well").count(), ranks, "{log}");
+pub(super) fn ended_well(ranks: usize, host: &mut Command) -> String {
+    let log = icoray_tests::native::ended_well(ranks, host);
     assert!(!log.contains("returned") && log.contains("implementation icoray"), "{log}");
     log
 }

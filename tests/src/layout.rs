@@ -67,9 +67,6 @@ fn rust_layout() -> String {
 }
 
 /// Fails unless a program printed the version and the layout of Rust.
-///
-/// # Panics
-/// When it printed another one.
 pub fn assert_layout_is_of_rust(printed: &str) {
     let (version, layout) = printed.split_once('\n').unwrap();
     assert_eq!(version, concat!("version ", env!("CARGO_PKG_VERSION")));
@@ -77,9 +74,6 @@ pub fn assert_layout_is_of_rust(printed: &str) {
 }
 
 /// Fails unless a layout is that of Rust.
-///
-/// # Panics
-/// When it is another one.
 pub fn assert_is_rust(layout: &str) {
     let rust = rust_layout();
     let first = rust.lines().zip(layout.lines()).find(|(a, b)| a != b);

@@ -15,9 +15,6 @@ use icoray::{Frame, Scene};
 
 /// A scene from a template: `camera` and `rest` are TOML lines, one ray per pixel, tolerance 1e-7, knots rise from
 /// clear to dense.
-///
-/// # Panics
-/// When the text is no scene.
 pub fn scene(size: u32, camera: &str, transfer: &str, rest: &str) -> Scene {
     let background = if rest.contains("background") { "" } else { "background = \"transparent\"\n" };
     let text = format!(

@@ -7,6 +7,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
+/// Options with which programs in C are compiled that need no warning of theirs.
+pub const C_OPTIONS: [&str; 7] =
+    ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-missing-field-initializers", "-O1"];
+
 /// The repository's root.
 pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -21,36 +25,24 @@ fn beside_tests(name: &str) -> PathBuf {
 }
 
 /// The shared library.
-///
-/// # Panics
-/// When it is missing.
 pub fn library() -> &'static Path {
     static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| beside_tests("icoray_test"));
     &LIBRARY
 }
 
 /// The shared library with MPI, which the feature `mpi` builds.
-///
-/// # Panics
-/// When it is missing.
 pub fn mpi_library() -> &'static Path {
     static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| beside_tests("icoray_mpi_test"));
     &LIBRARY
 }
 
 /// The implementation of Catalyst with MPI, which the feature `mpi` builds.
-///
-/// # Panics
-/// When it is missing.
 pub fn catalyst_library() -> &'static Path {
     static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| beside_tests("catalyst_icoray"));
     &LIBRARY
 }
 
 /// The shared library for MPICH where `mpicc` is another MPI's: the one that ICORAY_MPICH_LIBRARY names.
-///
-/// # Panics
-/// When the variable is not set.
 pub fn mpich_library() -> &'static Path {
     static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| {
         let named = std::env::var_os("ICORAY_MPICH_LIBRARY");
@@ -65,9 +57,6 @@ pub fn text(bytes: &[u8]) -> String {
 }
 
 /// Runs a command that must be there and succeed.
-///
-/// # Panics
-/// When it does not.
 pub fn succeeded(command: &mut Command) -> Output {
     let output = command.output().unwrap_or_else(|e| panic!("cannot run {command:?}: {e}"));
     assert!(
@@ -80,26 +69,30 @@ pub fn succeeded(command: &mut Command) -> Output {
     output
 }
 
+/// All that a command printed, which must succeed.
+pub fn log_of(command: &mut Command) -> String {
+    let output = succeeded(command);
+    text(&output.stdout) + &text(&output.stderr)
+}
+
+/// All that a host of `tests/c` printed, which must end well on all of its ranks.
+pub fn ended_well(ranks: usize, host: &mut Command) -> String {
+    let log = log_of(host);
+    assert_eq!(log.matches("the host ended well").count(), ranks, "{log}");
+    log
+}
+
 /// Compiles a program of `tests/c`, named as the first of its sources, with warnings as errors.
-///
-/// # Panics
-/// When it does not compile.
 pub fn compile(compiler: &str, options: &[&str], sources: &[&str]) -> PathBuf {
     Program { library: library(), compiler, options, sources }.path()
 }
 
 /// [`compile`] in C99.
-///
-/// # Panics
-/// When it does not compile.
 pub fn compile_c(sources: &[&str]) -> PathBuf {
     compile("cc", &["-std=c99"], sources)
 }
 
 /// Arguments with which a compiler links a shared library, and programs find it where it is.
-///
-/// # Panics
-/// When the path has no directory.
 pub fn linked(library: &Path) -> [OsString; 2] {
     let mut rpath = OsString::from("-Wl,-rpath,");
     rpath.push(library.parent().unwrap());
@@ -145,9 +138,6 @@ pub fn with_small_disk(inner: &Command, bytes: &str, place: &str) -> Option<Comm
 
 /// Runs a program that checks, and sees that neither it nor the library had anything else to say. `least` is how many
 /// checks it must have made. Lines of the program's that begin with `note: ` are passed on and returned.
-///
-/// # Panics
-/// When it failed, was stopped, or printed something else.
 pub fn checked(command: &mut Command, program: &str, least: u32) -> Vec<String> {
     let output = succeeded(command);
     assert_eq!(text(&output.stderr), "", "{command:?}");

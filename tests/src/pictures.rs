@@ -3,15 +3,12 @@
 use image::RgbaImage;
 use std::collections::{BTreeMap, HashSet};
 use std::fmt::Display;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Pictures by their files' names.
 pub type Pictures = BTreeMap<String, RgbaImage>;
 
 /// The PNG files of a directory, which need not exist.
-///
-/// # Panics
-/// When a file cannot be read.
 pub fn pictures(directory: &Path) -> Pictures {
     let Ok(entries) = std::fs::read_dir(directory) else { return Pictures::new() };
     let paths = entries.map(|entry| entry.unwrap().path());
@@ -20,10 +17,17 @@ pub fn pictures(directory: &Path) -> Pictures {
     pictures.map(|path| (name(&path), image::open(&path).unwrap().into_rgba8())).collect()
 }
 
+/// The files of a directory but its report, whose lines have seconds.
+pub fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = std::fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().path());
+    let named = entries.map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), path));
+    let kept = named.filter(|(name, _)| name != "report.csv");
+    // Of a directory in it only the name.
+    let read = |path: &Path| if path.is_dir() { Vec::new() } else { std::fs::read(path).unwrap() };
+    kept.map(|(name, path)| (name, read(&path))).collect()
+}
+
 /// Fails unless the pictures have the same names, and channels that differ by no more than 1 of 255.
-///
-/// # Panics
-/// When they differ.
 pub fn assert_same(drawn: &Pictures, expected: &Pictures, what: impl Display) {
     assert_eq!(drawn.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>(), "{what}");
     for (name, expected) in expected {
@@ -32,10 +36,12 @@ pub fn assert_same(drawn: &Pictures, expected: &Pictures, what: impl Display) {
     }
 }
 
+/// [`assert_same`] for the pictures that a run has left in its directory.
+pub fn assert_drew(run: &Path, expected: &Pictures) {
+    assert_same(&pictures(&run.join("pictures")), expected, run.display());
+}
+
 /// Largest and root-mean-square difference of the channels of two files.
-///
-/// # Panics
-/// When a file cannot be read or the sizes differ.
 pub fn difference(one: &Path, other: &Path) -> [f64; 2] {
     let [one, other] = [one, other].map(|path| {
         let picture = image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
@@ -48,9 +54,6 @@ pub fn difference(one: &Path, other: &Path) -> [f64; 2] {
 }
 
 /// Fails unless each picture has more than `colors` colours, and none is another one.
-///
-/// # Panics
-/// When one has not, or two are the same.
 pub fn assert_distinct(pictures: &Pictures, colors: usize) {
     for (name, picture) in pictures {
         let count = count_colors(picture);
@@ -66,12 +69,34 @@ pub fn count_colors(picture: &RgbaImage) -> usize {
 }
 
 /// The cells of a column of a CSV file in which no cell before it has a comma.
-///
-/// # Panics
-/// When the file or the column is missing.
 pub fn column(file: &Path, name: &str) -> Vec<String> {
     let text = std::fs::read_to_string(file).unwrap();
     let mut rows = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let place = rows.next().unwrap().iter().position(|head| *head == name).unwrap();
     rows.map(|row| row[place].to_owned()).collect()
+}
+
+/// Pictures that are the same.
+#[derive(Debug)]
+pub struct Group {
+    /// How many there are.
+    pub count: usize,
+    /// One of them.
+    pub picture: RgbaImage,
+}
+
+/// The pictures of these files, of 64 x 64 pixels, by their names up to the last underscore; others are left out. Fails
+/// where pictures of a group differ.
+pub fn groups(paths: impl IntoIterator<Item = PathBuf>) -> BTreeMap<String, Group> {
+    let mut groups: BTreeMap<String, Group> = BTreeMap::new();
+    for path in paths {
+        let name = path.file_stem().unwrap().to_str().unwrap();
+        let Some((name, _)) = name.rsplit_once('_') else { continue };
+        let picture = image::open(&path).unwrap().into_rgba8();
+        assert_eq!(picture.dimensions(), (64, 64));
+        let group = groups.entry(name.into()).or_insert_with(|| Group { count: 0, picture: picture.clone() });
+        assert!(group.picture == picture, "{} differs from others of its name", path.display());
+        group.count += 1;
+    }
+    groups
 }

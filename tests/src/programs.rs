@@ -26,9 +26,6 @@ static COMPILED: Mutex<BTreeMap<PathBuf, Arc<OnceLock<()>>>> = Mutex::new(BTreeM
 
 impl Program<'_> {
     /// The path of the program, compiled if need be.
-    ///
-    /// # Panics
-    /// When it does not compile.
     pub fn path(&self) -> PathBuf {
         let mut command = self.command();
         let mut hasher = DefaultHasher::new();

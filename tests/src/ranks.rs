@@ -34,17 +34,11 @@ impl Mpi {
     }
 
     /// A directory for a test with this MPI. If [it is not there](Self::is_there), skips the test.
-    ///
-    /// # Panics
-    /// When the directory cannot be made.
     pub fn directory(&self) -> Option<TempDir> {
         self.is_there().then(|| TempDir::new().unwrap())
     }
 
     /// A program of `tests/c` with what the others share, compiled against `library`.
-    ///
-    /// # Panics
-    /// When it does not compile.
     pub fn compile(&self, library: &Path, name: &str) -> PathBuf {
         let sources = &[name, "mpi_common", "mpi_cut", "host_common", "check"];
         let options = &["-std=c99", "-Wno-long-long"];
@@ -52,9 +46,6 @@ impl Mpi {
     }
 
     /// A program on so many ranks, more than there are processors if need be, stopped where it hangs.
-    ///
-    /// # Panics
-    /// When MPI is not there.
     pub fn on_ranks(&self, ranks: usize, program: &Path, directory: &Path) -> Command {
         let mut command = icoray_test_support::on_ranks(self.run, ranks, directory);
         command.env_remove("LD_LIBRARY_PATH").arg(program);
@@ -62,9 +53,6 @@ impl Mpi {
     }
 
     /// Whether it is Open MPI.
-    ///
-    /// # Panics
-    /// When it is not there.
     pub fn is_open_mpi(&self) -> bool {
         let version = text(&succeeded(Command::new(self.run).arg("--version")).stdout);
         version.contains("Open MPI") || version.contains("OpenRTE")

@@ -20,7 +20,6 @@ use markdown::Page;
 
 pub use commands::{run as run_commands, scripted};
 
-/// The folder of the book's pages, below the workspace's root.
 const PAGES: &str = "docs/src";
 /// The page that lists the others.
 const SUMMARY: &str = "docs/src/SUMMARY.md";
@@ -29,10 +28,7 @@ const SUMMARY: &str = "docs/src/SUMMARY.md";
 const OTHERS: [&str; 3] = ["*.md", "examples/**/*.md", "crates/**/*.md"];
 
 /// Checks that relative links and anchors exist, and that code in the README and the book is that of the files it
-/// names.
-///
-/// # Errors
-/// All faults, each with page and line.
+/// names. Fails with all faults, each with page and line.
 pub fn check_links(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {
     let book = book(&workspace.root)?;
     let files = OTHERS.iter().flat_map(|pattern| files::fitting(&workspace.root, pattern));

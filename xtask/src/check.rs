@@ -36,13 +36,11 @@ enum Turn {
 }
 use Turn::{Beside, BesideNext, Ordered};
 
-/// The results of checks.
 #[derive(Default)]
 pub struct Record {
     pub tally: Tally,
     /// The seconds of parts, such as test programs.
     pub times: Vec<(String, f64)>,
-    /// The titles of those that failed.
     failed: Vec<&'static str>,
 }
 
@@ -64,7 +62,6 @@ impl Record {
     }
 }
 
-/// A check.
 struct Check {
     title: &'static str,
     when: When,
@@ -78,7 +75,6 @@ const fn check(title: &'static str, when: When, turn: Turn, run: Run) -> Check {
     Check { title, when, turn, run }
 }
 
-/// A check that has ended.
 struct Ended {
     title: &'static str,
     record: Record,
@@ -96,7 +92,6 @@ impl Ended {
     }
 }
 
-/// All checks, in the order in which they begin.
 static CHECKS: &[Check] = &[
     check("formatting", Always, Ordered, |suite, step, _| {
         step.quiet(suite.workspace.cargo(["fmt", "--all", "--check"]))
@@ -193,10 +188,7 @@ fn the_book(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), E
     step.quiet(suite.workspace.shell.cmd("bash").arg("docs/build.sh"))
 }
 
-/// Whether the machine has a program. If not, counts a skipped test.
-///
-/// # Errors
-/// If `ICORAY_REQUIRE` names it.
+/// Whether the machine has a program. If not, counts a skipped test; fails if `ICORAY_REQUIRE` names it.
 pub fn has_program(name: &str, record: &mut Record) -> Result<bool, Error> {
     let is_there = system::output(name, ["--version"]).is_some();
     if !is_there && is_required(name) {

@@ -27,7 +27,6 @@ const SHALLOW_WATER: [&str; 10] = ["--level", "5", "--layers", "4", "--days", "5
 const TRACER_SCENE: &str = "examples/scenes/tracer.toml";
 const SHALLOW_WATER_SCENE: &str = "examples/scenes/shallow_water.toml";
 
-/// Runs the demo.
 pub fn run(workspace: &Workspace, options: &DemoOptions, install: bool) -> Result<(), Error> {
     let out = options.out.as_ref().map_or_else(|| workspace.root.join("out/demo"), |path| workspace.given(path));
     let gpu = options.backend.as_ref().is_some_and(|backend| backend != "cpu");
@@ -53,7 +52,6 @@ struct Demo<'a> {
 }
 
 impl<'a> Demo<'a> {
-    /// The first model.
     fn tracer(&self, steps: &mut Steps) -> Result<(), Error> {
         let (workspace, profile) = (self.workspace, &self.options.profile);
         let pictures = Pictures { workspace, folder: self.out.clone(), prefix: "tracer_" };
@@ -156,12 +154,10 @@ struct Pictures<'a> {
 }
 
 impl<'a> Pictures<'a> {
-    /// The file that has a line per frame.
     fn report(&self) -> PathBuf {
         self.folder.join("report.csv")
     }
 
-    /// The file of the contact sheet.
     fn sheet(&self) -> PathBuf {
         self.folder.join("contact_sheet.png")
     }

@@ -10,7 +10,6 @@ pub fn fitting(directory: &Path, pattern: &str) -> Vec<PathBuf> {
     glob::glob(&format!("{directory}/{pattern}")).into_iter().flatten().flatten().collect()
 }
 
-/// The name of a file.
 pub fn name(file: &Path) -> String {
     file.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }

@@ -17,7 +17,6 @@ use crate::workspace::Workspace;
 use crate::{book, files, requirements, system};
 
 const FOLDER: &str = "examples/gallery";
-/// Cargo's profile.
 const PROFILE: &str = "release";
 /// An artificial ocean on a real mesh, which a test writes: no real file is small enough.
 const OCEAN: &str = "ocean.nc";
@@ -41,7 +40,6 @@ impl<'a> Section<'a> {
     }
 }
 
-/// The sections of a page that have a scene.
 fn sections(page: &str) -> Vec<Section<'_>> {
     page.split("\n## ").skip(1).filter_map(Section::parse).collect()
 }

@@ -17,7 +17,6 @@ use crate::{libclang, requirements, system};
 use comin::Comin;
 use place::{Content, Item};
 
-/// The version of the whole workspace.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// The name by which programs find the library at run time. Its number changes when programs must be compiled anew:
 /// with each 0.x, as in Rust and in CMake's version file.
@@ -27,7 +26,6 @@ const PROFILE: &str = "dist";
 /// The Fortran module's source, below the workspace's root.
 const FORTRAN: &str = "include/icoray.f90";
 
-/// The file name of the shared library.
 fn shared_name() -> String {
     format!("libicoray.so.{VERSION}")
 }

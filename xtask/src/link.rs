@@ -11,7 +11,6 @@ use crate::install::{self, Layout, SONAME};
 use crate::step::Step;
 use crate::workspace::Workspace;
 
-/// The check.
 pub fn check(workspace: &Workspace, step: &mut Step, record: &mut Record) -> Result<(), Error> {
     let scratch = workspace.products("tmp").join("link");
     workspace.shell.remove_path(&scratch)?;

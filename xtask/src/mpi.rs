@@ -14,7 +14,6 @@ use crate::workspace::variable;
 pub struct Mpi {
     pub cc: PathBuf,
     pub fortran: PathBuf,
-    /// Starts programs on several ranks.
     pub run: PathBuf,
 }
 
@@ -51,7 +50,6 @@ pub fn is_other() -> bool {
     cc().or_else(|_| program("mpirun")).is_ok_and(|program| !is_open_mpi(program))
 }
 
-/// The C compiler of MPI.
 pub fn cc() -> Result<PathBuf, String> {
     program(variable("MPICC").unwrap_or("mpicc".into()))
 }

@@ -33,7 +33,6 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// Begins a sequence of `total` steps.
     pub fn new(total: usize) -> Self {
         Self { total, begun: 0, started: Instant::now(), times: Vec::new() }
     }
@@ -47,7 +46,6 @@ impl Steps {
         result
     }
 
-    /// Begins the next step, and prints its title.
     pub fn begin(&mut self, title: &str) -> Step {
         self.begin_on(title, ProgressDrawTarget::stdout())
     }
@@ -92,8 +90,7 @@ impl Step {
         outcome.map_err(Error::with(&lines))
     }
 
-    /// Runs a command, prints its output as it comes, and returns the lines with the outcome. Calls `poll` after each
-    /// line.
+    /// Runs a command, prints its output as it comes, and returns lines and outcome. Calls `poll` after each line.
     pub fn echoed(&mut self, command: impl Into<Command>, mut poll: impl FnMut()) -> (Vec<String>, Result<(), Error>) {
         let (lines, outcome) = lines_of(command.into(), |line| {
             self.bar.suspend(|| {
@@ -110,7 +107,6 @@ impl Step {
         self.bar.suspend(|| print_line(line));
     }
 
-    /// The time so far.
     pub fn seconds(&self) -> f64 {
         self.started.elapsed().as_secs_f64()
     }

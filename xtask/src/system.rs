@@ -18,11 +18,7 @@ struct Missing<'a> {
     reason: String,
 }
 
-/// Installs the packages of `needed` that the machine lacks, if `install` allows it.
-///
-/// # Errors
-/// The missing packages and the command that installs them, if they cannot be installed; packages that are missing
-/// after the installation.
+/// Installs the packages of `needed` that the machine lacks; unless `install`, fails with the command that does.
 pub fn provide(needed: &[&Package], install: bool, step: &mut Step) -> Result<(), Error> {
     let missing = missing(needed);
     if missing.is_empty() {

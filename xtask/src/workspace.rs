@@ -12,11 +12,9 @@ use crate::error::Error;
 pub struct Workspace {
     /// The directory that holds the workspace's `Cargo.toml`.
     pub root: PathBuf,
-    /// A shell in the root.
     pub shell: Shell,
     /// Holds a directory per build profile.
     products: PathBuf,
-    /// The user's current directory.
     here: PathBuf,
 }
 

@@ -89,7 +89,6 @@ impl Machine {
         self.directory.path().join(path)
     }
 
-    /// Adds a script that writes its calls to the log.
     fn add(&self, path: &str, script: &str) {
         let file = self.file(path);
         let start = "#!/bin/sh\nPATH=/usr/bin:/bin\necho \"${0##*/} $*\" >>\"$PLACE/log\"";
@@ -97,7 +96,6 @@ impl Machine {
         fs::set_permissions(&file, fs::Permissions::from_mode(0o755)).unwrap();
     }
 
-    /// Runs the demo.
     fn demo(&self, fail: &str, options: &[&str]) -> Ran {
         let mut demo = Command::new(self.file("target/debug/xtask"));
         demo.args(["demo", "--out", "pictures"]).args(options).current_dir(self.directory.path());

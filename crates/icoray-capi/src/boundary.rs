@@ -162,7 +162,6 @@ pub fn protected(code: impl FnOnce() -> Result<(), String>) -> Result<(), String
     guarded(call).map_err(|failure| fitted(&failure.message).into_owned())
 }
 
-/// The status of an outcome.
 pub(crate) fn status(outcome: &Outcome<()>) -> icoray_status {
     outcome.as_ref().map_or_else(|failure| failure.status, |()| icoray_status::ICORAY_OK)
 }
@@ -170,7 +169,10 @@ pub(crate) fn status(outcome: &Outcome<()>) -> icoray_status {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::handle::icoray_ctx;
+    use crate::open::icoray_last_error;
     use crate::types::icoray_config;
+    use std::ffi::{CStr, c_char, c_void};
     use std::process::Command;
 
     /// A config with one thread, and defaults else.
@@ -178,6 +180,23 @@ pub(crate) mod tests {
         // SAFETY: all zero is a good config: numbers, NULL pointers and no callback.
         let config: icoray_config = unsafe { std::mem::zeroed() };
         icoray_config { struct_size: size_of::<icoray_config>(), threads: 1, ..config }
+    }
+
+    /// The last failure on a context, or of this thread.
+    pub(crate) fn message(ctx: *const icoray_ctx) -> String {
+        let mut buf = [0; 256];
+        // SAFETY: NULL or open, and a buffer of the length given.
+        let status = unsafe { icoray_last_error(ctx, buf.as_mut_ptr(), buf.len()) };
+        assert_eq!(status, icoray_status::ICORAY_OK);
+        // SAFETY: icoray_last_error ends it with NUL.
+        unsafe { CStr::from_ptr(buf.as_ptr()) }.to_str().unwrap().to_owned()
+    }
+
+    /// A log callback that keeps lines in the vector of levels and texts that `user` points to.
+    pub(crate) unsafe extern "C" fn keep_line(user: *mut c_void, level: i32, line: *const c_char) {
+        // SAFETY: the test lends a vector, to calls on its own thread, and the log a string.
+        let (lines, line) = unsafe { (&mut *user.cast::<Vec<(i32, String)>>(), CStr::from_ptr(line)) };
+        lines.push((level, line.to_str().unwrap().to_owned()));
     }
 
     /// Restores the printing of failed assertions, which the hook suppresses.

@@ -34,7 +34,6 @@ pub(crate) use scene::SceneSource;
 pub struct Context {
     inputs: Inputs,
     scene: SceneChoice,
-    /// The text of the scene.
     scene_text: String,
     /// Names of its views whose look is still to be suggested.
     open_views: BTreeSet<String>,
@@ -54,7 +53,6 @@ pub struct Context {
     is_over: bool,
 }
 
-/// The scene of a context.
 enum SceneChoice {
     /// Not set yet.
     Open,
@@ -98,7 +96,6 @@ impl Context {
         Err(Failure::new(icoray_status::ICORAY_ERR_INTERNAL, message))
     }
 
-    /// Logs a warning.
     pub fn warn(&self, message: &str) {
         self.drawing.warn(message);
     }

@@ -5,7 +5,7 @@ use crate::boundary::{Failure, Outcome};
 use crate::host::without_signals;
 use crate::log::{Level, Log};
 use crate::memory;
-use crate::policy::Policy;
+use crate::policy::{Policy, writer_options};
 use crate::types::{icoray_config, icoray_frame_report, icoray_status};
 use icoray_core::output::{Stamp, Writer};
 use icoray_core::{
@@ -18,7 +18,6 @@ use std::thread::{ThreadId, current};
 mod collective;
 mod devices;
 mod errors;
-mod options;
 
 pub(crate) use collective::RootState;
 use devices::DeviceLog;
@@ -84,7 +83,7 @@ impl Drawing {
         let asked = usize::try_from(config.threads).ok().filter(|n| *n <= 4096);
         let asked = asked.ok_or_else(|| config_error("threads", config.threads, "0 to 4096"))?;
         let threads = if asked == 0 { threads } else { asked };
-        let options = options::of_writer(config, output_dir)?;
+        let options = writer_options(config, output_dir)?;
         let policy = Policy::new(config, ranks.is_root())?;
         if !Log::LEVELS.contains(&config.log_level) {
             return Err(config_error("log_level", config.log_level, "0 to 4"));

@@ -5,7 +5,6 @@ use crate::context::Context;
 use crate::message::fitted;
 use crate::types::icoray_status;
 use std::cell::RefCell;
-use std::ops::{Deref, DerefMut};
 use std::ptr;
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 
@@ -16,27 +15,13 @@ thread_local! {
 
 /// A locked context.
 pub struct Entry<'a> {
-    context: MutexGuard<'a, Context>,
+    pub(crate) context: MutexGuard<'a, Context>,
 }
 
 impl Drop for Entry<'_> {
     fn drop(&mut self) {
         // Calls return in the opposite order.
         let _ = ENTERED.try_with(|entered| entered.borrow_mut().pop());
-    }
-}
-
-impl Deref for Entry<'_> {
-    type Target = Context;
-
-    fn deref(&self) -> &Context {
-        &self.context
-    }
-}
-
-impl DerefMut for Entry<'_> {
-    fn deref_mut(&mut self) -> &mut Context {
-        &mut self.context
     }
 }
 
@@ -216,9 +201,9 @@ unsafe fn entered(
     let outcome = guarded(|| {
         // SAFETY: the caller promises an open context.
         let ctx = unsafe { ctx.as_ref() }.ok_or_else(|| Failure::null("ctx"))?;
-        let mut context = enter(ctx).inspect_err(|_| is_refused = true)?;
-        context.pump();
-        call(ctx, &mut context)
+        let mut entry = enter(ctx).inspect_err(|_| is_refused = true)?;
+        entry.context.pump();
+        call(ctx, &mut entry.context)
     });
     if is_refused {
         refused_by(ctx.addr());
@@ -229,16 +214,15 @@ unsafe fn entered(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::boundary::tests::config;
+    use crate::boundary::tests::{config, keep_line, loud, message};
     use crate::frames::{icoray_execute, icoray_report, icoray_wait, icoray_wants};
     use crate::inputs::{
         icoray_field_describe, icoray_field_set, icoray_field_set_ndarray, icoray_grid_set, icoray_layers_set,
         icoray_part_set, icoray_scene_field, icoray_scene_load, icoray_scene_text,
     };
-    use crate::open::{icoray_close, icoray_last_error, icoray_open_serial};
+    use crate::open::{icoray_close, icoray_open_serial};
     use crate::types::{icoray_config, icoray_frame_report};
     use icoray_status::*;
-    use std::ffi::{CStr, CString, c_char, c_void};
     use std::ptr;
 
     fn opened(config: &icoray_config) -> *mut icoray_ctx {
@@ -254,18 +238,9 @@ mod tests {
         assert!(ctx.is_null());
     }
 
-    fn message(ctx: *const icoray_ctx) -> String {
-        let mut buf = [0; 256];
-        // SAFETY: NULL or open, and a buffer of the length given.
-        let status = unsafe { icoray_last_error(ctx, buf.as_mut_ptr(), buf.len()) };
-        assert_eq!(status, ICORAY_OK);
-        // SAFETY: icoray_last_error ends it with NUL.
-        unsafe { CStr::from_ptr(buf.as_ptr()) }.to_str().unwrap().to_string()
-    }
-
     #[test]
     fn a_context_that_failed_inside_takes_no_more_calls() {
-        crate::boundary::tests::loud();
+        loud();
         let (ctx, other) = (opened(&config()), opened(&config()));
         let mut report = icoray_frame_report { struct_size: size_of::<icoray_frame_report>(), ..Default::default() };
         let mut wants = 7;
@@ -303,7 +278,7 @@ mod tests {
 
     #[test]
     fn a_panic_poisons_its_context() {
-        crate::boundary::tests::loud();
+        loud();
         let ctx = opened(&config());
         // SAFETY: an open context.
         unsafe {
@@ -316,7 +291,7 @@ mod tests {
 
     #[test]
     fn a_context_is_in_one_call_at_a_time() {
-        crate::boundary::tests::loud();
+        loud();
         let ctx = opened(&config());
         // SAFETY: an open context, entered again from within a call, as a log callback would.
         unsafe {
@@ -341,33 +316,21 @@ mod tests {
         closed(ctx);
     }
 
-    /// Takes lines for the test below.
-    unsafe extern "C" fn note(user: *mut c_void, level: i32, line: *const c_char) {
-        // SAFETY: `user` is the vector that the test lends for the life of the context, in calls on its own thread.
-        let lines = unsafe { &mut *user.cast::<Vec<(i32, CString)>>() };
-        // SAFETY: a string for the time of the call.
-        lines.push((level, unsafe { CStr::from_ptr(line) }.to_owned()));
-    }
-
     #[test]
     fn failures_are_logged_unless_they_are_to_be_ignored() {
         use crate::types::{ICORAY_IGNORE, ICORAY_LOG_ERROR, ICORAY_LOG_WARN, ICORAY_WARN};
-        crate::boundary::tests::loud();
+        loud();
         for (on_error, log_level, expected) in
             [(ICORAY_WARN, ICORAY_LOG_WARN, 1), (ICORAY_WARN, ICORAY_LOG_ERROR, 0), (ICORAY_IGNORE, ICORAY_LOG_WARN, 0)]
         {
-            let mut lines: Vec<(i32, CString)> = Vec::new();
+            let mut lines: Vec<(i32, String)> = Vec::new();
             let log_user = (&raw mut lines).cast();
-            let ctx = opened(&icoray_config { on_error, log_level, log: Some(note), log_user, ..config() });
+            let ctx = opened(&icoray_config { on_error, log_level, log: Some(keep_line), log_user, ..config() });
             // SAFETY: an open context and a string.
             unsafe { assert_eq!(icoray_scene_text(ctx, c"field = 1".as_ptr()), ICORAY_ERR_SCENE) };
             closed(ctx);
             assert_eq!(lines.len(), expected, "{lines:?}");
-            assert!(
-                lines
-                    .iter()
-                    .all(|(level, line)| *level == ICORAY_LOG_WARN && line.to_bytes().starts_with(b"bad scene"))
-            );
+            assert!(lines.iter().all(|(level, line)| *level == ICORAY_LOG_WARN && line.starts_with("bad scene")));
         }
     }
 }

@@ -116,7 +116,6 @@ impl State {
 }
 
 /// Runs `start` with signals blocked on this thread; threads that it starts inherit the mask.
-#[cfg(unix)]
 pub(crate) fn without_signals<R>(start: impl FnOnce() -> R) -> R {
     /// Restores the mask, also if `start` panics.
     struct Mask(libc::sigset_t);
@@ -143,11 +142,6 @@ pub(crate) fn without_signals<R>(start: impl FnOnce() -> R) -> R {
     let started = start();
     drop(mask);
     started
-}
-
-#[cfg(not(unix))]
-pub(crate) fn without_signals<R>(start: impl FnOnce() -> R) -> R {
-    start()
 }
 
 #[cfg(all(test, target_arch = "x86_64"))]

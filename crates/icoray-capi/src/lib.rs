@@ -3,11 +3,10 @@
 //! Layout: [`types`] the structs of the ABI; [`borrow`] slices from their pointers (all assumptions about foreign
 //! memory); [`boundary`] statuses, messages and panics; [`host`] the host's floating-point state and signals;
 //! [`memory`] allocation counters; [`handle`] locks of a context; [`context`] inputs and calls of a context;
-//! [`frame_inputs`] checks of the inputs of one frame; [`drawing`] rendering and writing of frames; [`message`] the
-//! length of messages; [`ranks`] MPI communicators and agreement; [`viewer_message`] requests of viewers for all ranks;
-//! [`launcher`] the ranks that a program was started as; [`processors`] the default number of threads; [`policy`] the
-//! answer to failed frames; [`log`] the host's log. Exported functions are in [`open`], [`inputs`], [`frames`],
-//! [`mesh`] and [`log`].
+//! [`drawing`] rendering and writing of frames; [`message`] the length of messages; [`ranks`] MPI communicators,
+//! agreement, the ranks that a program was started as, and the default number of threads; [`viewer_message`] requests
+//! of viewers for all ranks; [`policy`] options of the writer and the answer to failed frames; [`log`] the host's log.
+//! Exported functions are in [`open`], [`inputs`], [`frames`], [`mesh`] and [`log`].
 //!
 //! Modules are public for bindings of other languages, which build these sources as a Rust library (`context` beside
 //! them); beside the exported functions these use [`open::open_over`], [`open::last_error`],
@@ -17,19 +16,16 @@ mod borrow;
 pub mod boundary;
 mod context;
 mod drawing;
-mod frame_inputs;
 pub mod frames;
 mod handle;
 mod host;
 pub mod inputs;
-mod launcher;
 pub mod log;
 mod memory;
 mod mesh;
 mod message;
 pub mod open;
 mod policy;
-mod processors;
 mod ranks;
 pub mod types;
 mod viewer_message;

@@ -5,8 +5,8 @@ use crate::boundary::{Failure, Outcome, caught, guarded, last_message, refused_b
 use crate::context::Context;
 use crate::handle::icoray_ctx;
 use crate::message::floor_char_boundary;
+use crate::ranks;
 use crate::types::{icoray_config, icoray_status};
-use crate::{launcher, processors, ranks};
 use icoray_core::{Ranks, Team};
 use std::ffi::c_char;
 use std::ptr;
@@ -33,9 +33,9 @@ pub unsafe extern "C" fn icoray_open_serial(config: *const icoray_config, ctx: *
         unsafe {
             cleared(ctx)?;
             let mut alone = Ranks::alone();
-            let threads = processors::share(&mut alone)?;
+            let threads = ranks::share_of_processors(&mut alone)?;
             let context = configured(config, &alone, threads)?;
-            launcher::warn_of_ranks(|message| context.warn(message));
+            ranks::warn_of_ranks(|message| context.warn(message));
             ctx.write(Box::into_raw(Box::new(icoray_ctx::new(context))));
         }
         Ok(())
@@ -102,7 +102,7 @@ unsafe fn opened(
     // SAFETY: passed on.
     let writable = unsafe { cleared(ctx) };
     let mut ranks = ranks()?;
-    let threads = processors::share(&mut ranks);
+    let threads = ranks::share_of_processors(&mut ranks);
     // The agreement sends a failure of this rank to the others.
     // SAFETY: passed on.
     let mine = caught(|| writable.and_then(|()| unsafe { configured(config, &ranks, threads?) }));
@@ -213,7 +213,7 @@ pub unsafe extern "C" fn icoray_close(ctx: *mut *mut icoray_ctx) -> icoray_statu
         }
         let outcome = match handle.enter_with_others() {
             // Closed all the same, so a panic goes no further than this; the log hears of a failure as of any other.
-            Ok(mut context) => handle.run(&mut context, Context::failed_for_all, Context::finish),
+            Ok(mut entry) => handle.run(&mut entry.context, Context::failed_for_all, Context::finish),
             Err(busy) => {
                 refused = open.addr();
                 return Err(busy);

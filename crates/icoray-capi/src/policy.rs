@@ -1,12 +1,41 @@
-//! `on_error` of the config: how failed frames are logged and counted, and when the context is disabled.
+//! The config's options of the writer, and its `on_error`: how failed frames are logged and counted, and when the
+//! context is disabled.
 
 use crate::borrow::config_error;
 use crate::boundary::{Failure, Outcome};
 use crate::log::{Level, Log};
-use crate::types::{ICORAY_DISABLE, ICORAY_IGNORE, ICORAY_WARN, icoray_config, icoray_status};
+use crate::types::{
+    ICORAY_BLOCK, ICORAY_DISABLE, ICORAY_DROP_OLDEST, ICORAY_IGNORE, ICORAY_NEVER_MODIFY, ICORAY_OVERWRITE,
+    ICORAY_WARN, icoray_config, icoray_status,
+};
+use icoray_core::output::{Existing, WhenFull, WriterOptions};
 
 /// Default number of failures in a row that disable a context.
 const DISABLE_AFTER: u64 = 3;
+
+/// Default length of the writer's queue.
+const QUEUE: usize = 2;
+
+pub(crate) fn writer_options(config: &icoray_config, output_dir: &str) -> Outcome<WriterOptions> {
+    let existing = match config.existing {
+        ICORAY_NEVER_MODIFY => Existing::NeverModify,
+        ICORAY_OVERWRITE => Existing::Overwrite,
+        other => {
+            return Err(config_error("existing", other, "ICORAY_NEVER_MODIFY (0) or ICORAY_OVERWRITE (1)"));
+        }
+    };
+    let when_full = match config.when_full {
+        ICORAY_BLOCK => WhenFull::Block,
+        ICORAY_DROP_OLDEST => WhenFull::DropOldest,
+        other => return Err(config_error("when_full", other, "ICORAY_BLOCK (0) or ICORAY_DROP_OLDEST (1)")),
+    };
+    let queue = match config.writer_queue {
+        0 => QUEUE,
+        n @ 1..=1024 => n as usize,
+        other => return Err(config_error("writer_queue", other, "0 to 1024")),
+    };
+    Ok(WriterOptions { existing, when_full, queue, ..WriterOptions::new(output_dir) })
+}
 
 /// Counts failures of frames.
 pub(crate) struct Policy {

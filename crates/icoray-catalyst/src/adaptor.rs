@@ -6,8 +6,7 @@ use crate::conduit::Node;
 use crate::context::Context;
 use crate::fields::{CopiedField, CopiedValues, set, set_empty};
 use crate::grid::{HostGrid, HostMeshes, Setting};
-use crate::peers::Peers;
-use crate::team;
+use crate::peers::{Peers, teams_of_host};
 use icoray::{Error, ErrorKind, Result};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,7 +17,6 @@ pub struct Adaptor {
     grids: BTreeMap<String, Slot>,
     copies: Vec<CopiedValues>,
     peers: Peers,
-    /// The fields that the scene file names.
     scene_fields: Vec<String>,
     /// The fields that the context has.
     given: BTreeSet<String>,
@@ -42,13 +40,10 @@ struct Slot {
 }
 
 impl Adaptor {
-    /// Opens a context over the host's ranks and loads its scene. Collective.
-    ///
-    /// # Errors
-    /// The failure of any rank, the same on all.
+    /// Opens a context over the host's ranks and loads its scene. Collective; all fail where one does.
     pub fn new(params: Node) -> Result<Self> {
         let communicator = params.at("catalyst/mpi_comm").and_then(Node::integer);
-        let (first, second) = match team::of_host(communicator)? {
+        let (first, second) = match teams_of_host(communicator)? {
             Some([first, second]) => (Some(first), Some(second)),
             None => (None, None),
         };
@@ -77,10 +72,8 @@ impl Adaptor {
         })
     }
 
-    /// Draws what is due; a rank without a node has no channels. Collective.
-    ///
-    /// # Errors
-    /// The failure of any rank, the same on all. Those of fields and frames are in the log.
+    /// Draws what is due; a rank without a node has no channels. Collective; all fail where one does. Failures of
+    /// fields and frames are in the log.
     pub fn execute(&mut self, params: Option<Node>) -> Result<()> {
         let channels = guarded(|| params.map(Channel::all).unwrap_or_default());
         let (step, time_s) = self.now(params, &channels)?;

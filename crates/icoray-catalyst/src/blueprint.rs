@@ -10,7 +10,6 @@ use icoray::{Error, Result};
 /// Names of fields that mark elements or points which other ranks have too.
 const GHOSTS: [&str; 2] = ["vtkGhostType", "ascent_ghosts"];
 
-/// A topology of a channel's mesh.
 #[derive(Clone, Copy)]
 pub struct Topology<'a> {
     mesh: Node<'a>,
@@ -32,7 +31,6 @@ pub enum Association {
     Vertex,
 }
 
-/// A field over a topology.
 pub struct BlueprintField<'a> {
     pub name: String,
     pub topology: String,
@@ -41,9 +39,6 @@ pub struct BlueprintField<'a> {
 }
 
 /// The mesh of a channel; `None` where its node is empty, as it may be on a rank without elements.
-///
-/// # Errors
-/// [`icoray::ErrorKind::Grid`] says what the channel has instead of one.
 pub fn mesh_of(channel: Node) -> Result<Option<Node>> {
     let kind = channel.text_at("type").unwrap_or_else(|| "mesh".into());
     if kind != "mesh" {
@@ -82,10 +77,6 @@ pub fn fields(mesh: Node) -> Vec<BlueprintField> {
 }
 
 impl<'a> Topology<'a> {
-    /// The topology of that name.
-    ///
-    /// # Errors
-    /// [`icoray::ErrorKind::Grid`] lists those that there are.
     pub fn of(mesh: Node<'a>, name: &'a str) -> Result<Self> {
         let all = mesh.at("topologies").map(Node::children).unwrap_or_default();
         if let Some((_, node)) = all.iter().find(|(other, _)| other == name) {
@@ -95,10 +86,7 @@ impl<'a> Topology<'a> {
         Err(Error::grid(format!("no topology {name:?}, found {}", names.join(", "))))
     }
 
-    /// Its arrays.
-    ///
-    /// # Errors
-    /// [`icoray::ErrorKind::Grid`] names what is no mesh of known elements in Cartesian coordinates, or marks ghosts.
+    /// Its arrays. Fails for other meshes than those of known elements in Cartesian coordinates, and for marked ghosts.
     pub fn geometry(self) -> Result<Geometry<'a>> {
         self.refuse_ghosts()?;
         let name = self.name;
@@ -156,7 +144,6 @@ impl<'a> Topology<'a> {
 }
 
 impl Geometry<'_> {
-    /// A point.
     pub fn point(&self, i: u32) -> DVec3 {
         DVec3::from_array(self.points.map(|axis| axis.real(i as usize)))
     }

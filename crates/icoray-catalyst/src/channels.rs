@@ -16,7 +16,6 @@ pub struct Channel<'a> {
 }
 
 impl<'a> Channel<'a> {
-    /// All channels of a call.
     pub fn all(params: Node<'a>) -> Vec<Self> {
         let all = params.at("catalyst/channels").into_iter().flat_map(Node::children);
         let channel = |(name, node): (String, _)| {
@@ -27,7 +26,6 @@ impl<'a> Channel<'a> {
         all.map(channel).collect()
     }
 
-    /// Its description in messages.
     fn described(&self) -> String {
         if let Err(error) = &self.mesh {
             return format!("channel {}: {error}", self.name);

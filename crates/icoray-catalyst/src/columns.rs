@@ -31,10 +31,7 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// Finds the columns; `place` gives the place of a point.
-    ///
-    /// # Errors
-    /// [`icoray::ErrorKind::Grid`] names point or element where elements are not in columns of one length.
+    /// Finds the columns, all of one length; `place` gives the place of a point.
     pub fn find(elements: &Elements, place: impl Fn(u32) -> DVec3) -> Result<Self> {
         if elements.len() >= NONE as usize {
             return Err(Error::grid(format!("{} elements on one rank, expected fewer than {NONE}", elements.len())));

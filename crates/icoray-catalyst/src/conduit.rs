@@ -70,9 +70,6 @@ const CHAR8_STR: Index = 13;
 
 impl Conduit {
     /// The functions of the host's Conduit.
-    ///
-    /// # Errors
-    /// A sentence, where the process has none.
     pub fn find() -> Result<Self, String> {
         let symbols = Symbols::of_process();
         let found = ["catalyst_", ""].into_iter().find_map(|prefix| Conduit::with_prefix(&symbols, prefix));
@@ -98,7 +95,6 @@ impl<'a> Node<'a> {
         (!node.is_null()).then(|| Node { node: node.cast_mut(), conduit })
     }
 
-    /// The node at a path below.
     pub fn at(self, path: &str) -> Option<Node<'a>> {
         let path = CString::new(path).ok()?;
         // SAFETY: a node that lives and a string. Conduit throws where there is no such path, which was asked before.
@@ -149,7 +145,6 @@ impl<'a> Node<'a> {
         unsafe { (self.conduit.datatype_id)((self.conduit.node_dtype)(self.node)) }
     }
 
-    /// A string.
     pub fn text(self) -> Option<String> {
         if self.id() != CHAR8_STR {
             return None;
@@ -161,7 +156,6 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// The text at a path.
     pub fn text_at(self, path: &str) -> Option<String> {
         self.at(path)?.text()
     }
@@ -210,7 +204,6 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// Sets a text at a path.
     pub fn set_text(self, path: &str, text: &str) {
         if let (Ok(path), Ok(text)) = (CString::new(path), CString::new(text)) {
             // SAFETY: a node that the host gave to be filled, and strings, which Conduit copies.
@@ -218,7 +211,6 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// Sets an integer at a path.
     pub fn set_integer(self, path: &str, value: i64) {
         if let Ok(path) = CString::new(path) {
             // SAFETY: as in `set_text`.
@@ -226,7 +218,6 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// Sets a number at a path.
     pub fn set_number(self, path: &str, value: f64) {
         if let Ok(path) = CString::new(path) {
             // SAFETY: as in `set_text`.

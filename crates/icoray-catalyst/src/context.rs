@@ -17,7 +17,7 @@ use std::ffi::{CStr, CString, c_char, c_void};
 use std::ptr;
 use std::sync::Arc;
 
-use crate::strides::Strides;
+use crate::order::Strides;
 use crate::surface::OwnedRows;
 
 /// Directory of the pictures, in the host's working directory.
@@ -158,7 +158,6 @@ impl Context {
         checked(unsafe { icoray_heights_set(self.0, array) }, self.0)
     }
 
-    /// Sets a field.
     pub fn set_field(&self, name: &str, values: &ColumnValues) -> Result<()> {
         let (name, grid) = (c_string(name), c_string(values.grid));
         let array = values.as_c(&grid);

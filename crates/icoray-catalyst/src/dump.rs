@@ -1,8 +1,7 @@
 //! Files of the arguments of calls, for `catalyst_replay`.
 
 use crate::conduit::{RawNode, Symbols};
-use crate::peers::Peers;
-use crate::team;
+use crate::peers::{Peers, teams_of_host};
 use icoray_context::boundary::protected;
 use std::ffi::{c_int, c_void};
 use std::fs::{File, create_dir, remove_file};
@@ -32,7 +31,7 @@ pub fn dump(call: &str, params: *const RawNode) {
 
 /// Whether all ranks can make files in a directory, which is made where it is missing. Collective.
 fn all_can_write(directory: &Path, given: Result<(), String>) -> Result<(), String> {
-    let [team, _] = team::of_host(None).map_err(|e| e.to_string())?.map_or([None, None], |teams| teams.map(Some));
+    let [team, _] = teams_of_host(None).map_err(|e| e.to_string())?.map_or([None, None], |teams| teams.map(Some));
     let mut peers = Peers::new(team);
     // What fails here is seen from the files. The others wait for it.
     let is_made = peers.rank() == 0 && create_dir(directory).is_ok();

@@ -49,9 +49,6 @@ pub struct Lists<'a> {
 
 impl<'a> Elements<'a> {
     /// The elements of a topology's node over so many points.
-    ///
-    /// # Errors
-    /// [`icoray::ErrorKind::Grid`] for other shapes, and for arrays that are missing or too short.
     pub fn of(topology: Node<'a>, points: usize) -> Result<Self> {
         let elements = topology.at("elements").ok_or_else(|| Error::grid("no elements"))?;
         let name = elements.text_at("shape").unwrap_or_default();
@@ -82,7 +79,6 @@ impl<'a> Elements<'a> {
         Elements::Uniform { shape: &POINT, connectivity: None, points }
     }
 
-    /// Number of elements.
     pub fn len(&self) -> usize {
         match self {
             Elements::Uniform { shape, connectivity: Some(all), .. } => all.len() / shape.points(),
@@ -106,10 +102,7 @@ impl<'a> Elements<'a> {
         }
     }
 
-    /// The points of an element, or the faces of a polyhedron, in their order.
-    ///
-    /// # Errors
-    /// [`icoray::ErrorKind::Grid`] names a number out of range.
+    /// The points of an element, or the faces of a polyhedron, in their order. Fails for numbers out of range.
     pub fn numbers_of(&self, element: usize) -> Result<Vec<u32>> {
         match self {
             Elements::Uniform { shape, connectivity, points } => {
@@ -122,9 +115,6 @@ impl<'a> Elements<'a> {
     }
 
     /// The vertical edges of a prism, in order around it. `place` gives the place of a point.
-    ///
-    /// # Errors
-    /// [`icoray::ErrorKind::Grid`] names the element that is no prism, or a number out of range.
     pub fn vertical_edges(&self, element: usize, place: impl Fn(u32) -> DVec3) -> Result<Vec<[u32; 2]>> {
         let numbers = self.numbers_of(element)?;
         match self {
@@ -170,7 +160,6 @@ impl Shape {
         SHAPES.iter().find(|shape| shape.name == name)
     }
 
-    /// Number of points of an element.
     fn points(&self) -> usize {
         self.sides * self.caps
     }

@@ -4,8 +4,7 @@ use crate::blueprint::{Association, BlueprintField};
 use crate::conduit::{Array, NumberType};
 use crate::context::Context;
 use crate::grid::HostGrid;
-use crate::order::{Layout, Order};
-use crate::strides::Strides;
+use crate::order::{Layout, Order, Strides};
 use icoray::{Error, ErrorKind, Result};
 use serde::{Deserialize, Serialize};
 
@@ -65,9 +64,6 @@ pub struct CopiedField {
 }
 
 /// Sets a field in place, or as a copy if `may_copy`, which is returned.
-///
-/// # Errors
-/// [`ErrorKind::Field`] where the host's values do not fit its mesh, or the copy is not wanted.
 pub fn set(
     context: &Context,
     name: &str,
@@ -100,9 +96,6 @@ pub fn set(
 }
 
 /// Sets a field that other ranks have on a rank that has no elements.
-///
-/// # Errors
-/// Those of the context.
 pub fn set_empty(context: &Context, name: &str, kind: &FieldKind, on: &HostGrid) -> Result<()> {
     let columns = on.columns_of(kind.is_at_elements);
     let strides = Strides::by_column(columns.layout.layers);

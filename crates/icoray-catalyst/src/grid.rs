@@ -3,9 +3,8 @@
 use crate::blueprint::Geometry;
 use crate::columns::Columns;
 use crate::context::{ColumnValues, Context};
-use crate::order::Layout;
+use crate::order::{Layout, Strides};
 use crate::peers::Peers;
-use crate::strides::Strides;
 use crate::surface::{OwnedRows, Piece, Placement, Surface, direction_of, directions};
 use glam::DVec3;
 use icoray::{Error, Grid, GridTables, Result};
@@ -82,10 +81,7 @@ const THICKNESS: f64 = 1e-3;
 
 impl HostGrid {
     /// Brings the context's grid up to date with what the host has now: its geometry, or `None` on a rank without any.
-    /// Collective.
-    ///
-    /// # Errors
-    /// The failure of any rank, the same on all.
+    /// Collective; all fail where one does.
     pub fn update(
         grid: Option<Self>,
         geometry: Result<Option<Geometry>>,
@@ -265,7 +261,6 @@ impl HostColumns {
     }
 }
 
-/// The name of the first or second mesh of the grid `name`.
 fn name_of(mesh: usize, name: &str) -> String {
     if mesh == 0 { name.to_owned() } else { format!("{name} at points") }
 }

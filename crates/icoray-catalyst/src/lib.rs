@@ -3,10 +3,9 @@
 //! libcatalyst loads `libcatalyst-icoray.so` where CATALYST_IMPLEMENTATION_NAME is `icoray`, and calls the functions of
 //! [`catalyst_api_impl`] with nodes of Conduit. Layout: `conduit` nodes, by functions found at run time; `dump` files
 //! of calls for `catalyst_replay`; `channels` what a call has, and `blueprint` the meshes and fields in a channel;
-//! `elements` prisms, polygons and points; `columns` the columns that they stand in, `directions` where these are;
-//! `strides` and `order` where the values of columns are; `surface` the mesh of the sphere, of all ranks; `grid` and
-//! `fields` what the context gets; `adaptor` a host from its first call to its last; `context` the calls of the C
-//! interface; `peers` and `team` the host's ranks.
+//! `elements` prisms, polygons and points; `columns` the columns that they stand in; `order` where the
+//! values of columns are; `surface` the mesh of the sphere, of all ranks; `grid` and `fields` what the context gets;
+//! `adaptor` a host from its first call to its last; `context` the calls of the C interface; `peers` the host's ranks.
 //!
 //! No failure ends the host: each is a line in its standard error, and all functions return `catalyst_status_ok`.
 //! Reference: Kitware's Catalyst 2, `catalyst_api.h` and `catalyst_impl.h`.
@@ -23,9 +22,7 @@ mod fields;
 mod grid;
 mod order;
 mod peers;
-mod strides;
 mod surface;
-mod team;
 
 use adaptor::Adaptor;
 use conduit::{Conduit, Node, RawNode};
@@ -91,7 +88,6 @@ unsafe extern "C" fn initialize(params: *const RawNode) -> c_int {
     })
 }
 
-/// Draws what is due.
 unsafe extern "C" fn execute(params: *const RawNode) -> c_int {
     dump("execute", params);
     call(|host| {

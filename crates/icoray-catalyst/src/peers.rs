@@ -21,9 +21,6 @@ impl Peers {
     }
 
     /// The values of all ranks, in their order. Collective.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Mpi`] where ranks cannot be reached.
     pub fn share<T: Serialize + DeserializeOwned>(&mut self, mine: T) -> Result<Vec<T>> {
         let Some(team) = &mut self.0 else { return Ok(vec![mine]) };
         let failed = |e: postcard::Error| Error::new(ErrorKind::Mpi, format!("a message between ranks: {e}"));
@@ -32,21 +29,14 @@ impl Peers {
         team.share(&bytes)?.iter().map(|bytes| postcard::from_bytes(bytes).map_err(failed)).collect()
     }
 
-    /// The result of `work` on this rank's data, if no rank fails. A panic is a failure too; no rank waits for one that
-    /// panicked. Collective.
-    ///
-    /// # Errors
-    /// As [`Self::share_all`].
+    /// The result of `work` on this rank's data, if no rank fails. A panic is a failure, and no rank waits. Collective.
     pub fn agree<R>(&mut self, work: impl FnOnce() -> Result<R>) -> Result<R> {
         let mine = Error::of_panics(work);
         self.share_all(mine.as_ref().map(drop).map_err(Error::clone))?;
         mine
     }
 
-    /// The values of all ranks, or the failure of the first one that failed. Collective.
-    ///
-    /// # Errors
-    /// The failure of a rank, with its number, the same on all; [`ErrorKind::Mpi`] as [`Self::share`].
+    /// The values of all ranks, or the failure of the first one that failed, with its number. Collective.
     pub fn share_all<T: Serialize + DeserializeOwned>(&mut self, mine: Result<T>) -> Result<Vec<T>> {
         let all = self.share(mine.map_err(|e| e.to_string()))?;
         let is_alone = all.len() == 1;
@@ -55,6 +45,33 @@ impl Peers {
             Error::new(ErrorKind::Argument, message)
         };
         all.into_iter().enumerate().map(|(rank, one)| one.map_err(|message| rank_of(rank, message))).collect()
+    }
+}
+
+/// Two teams over the same ranks, one for the context and one for meshes; `None` for one process. `communicator` is
+/// Fortran's integer, as hosts have it in `catalyst/mpi_comm`; without it all ranks of a host that has initialised MPI are
+/// taken. Collective.
+#[cfg(feature = "mpi")]
+pub fn teams_of_host(communicator: Option<i64>) -> Result<Option<[Box<dyn Team>; 2]>> {
+    use icoray_mpi::{team, world_communicator};
+    let Some(communicator) = communicator.or_else(|| world_communicator().map(i64::from)) else { return Ok(None) };
+    // Handles of MPICH have the highest bit, which hosts may have made a sign of or not.
+    let handle = i32::try_from(communicator).or_else(|_| u32::try_from(communicator).map(u32::cast_signed));
+    let handle = handle.map_err(|_| {
+        Error::new(ErrorKind::Mpi, format!("catalyst/mpi_comm is {communicator}, expected MPI_Comm_c2f(comm)"))
+    })?;
+    Ok(Some([Box::new(team(handle)?), Box::new(team(handle)?)]))
+}
+
+/// One process: this library was built without MPI.
+#[cfg(not(feature = "mpi"))]
+pub fn teams_of_host(communicator: Option<i64>) -> Result<Option<[Box<dyn Team>; 2]>> {
+    match communicator {
+        None => Ok(None),
+        Some(_) => Err(Error::new(
+            ErrorKind::Unsupported,
+            "the host gives catalyst/mpi_comm, and this library was built without MPI: install it with --mpi",
+        )),
     }
 }
 

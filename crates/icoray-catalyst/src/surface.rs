@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// A rank's piece of a mesh.
 #[derive(Debug, Default, Clone, Serialize, Deserialize)]
 pub struct Piece {
     /// Number of points in a column; 0 on a rank without elements.
@@ -56,19 +55,13 @@ pub struct OwnedRows {
 /// Columns deviate from straight lines through the origin by no more than this, radians.
 const STRAIGHT: f64 = 1e-4;
 
-/// The directions of columns.
-///
-/// # Errors
-/// [`icoray::ErrorKind::Grid`] names a point that is not above its column, as seen from the origin.
+/// The directions of columns. Fails for a point that is not above its column, as seen from the origin.
 pub fn directions(columns: &Columns, place: impl Fn(u32) -> DVec3) -> Result<Vec<[f64; 3]>> {
     let columns = columns.points.chunks_exact(columns.levels.max(1));
     columns.map(|column| Ok(direction_of(column, &place)?.to_array())).collect()
 }
 
-/// The direction of a column of points.
-///
-/// # Errors
-/// As [`directions`].
+/// The direction of a column of points; fails as [`directions`].
 pub fn direction_of(column: &[u32], place: impl Fn(u32) -> DVec3) -> Result<DVec3> {
     let unit = |point: u32| place(point) / place(point).length();
     let outermost = unit(column[column.len() - 1]);
@@ -87,10 +80,7 @@ pub fn direction_of(column: &[u32], place: impl Fn(u32) -> DVec3) -> Result<DVec
 }
 
 impl Surface {
-    /// The mesh of all ranks' pieces; `rank` is this one.
-    ///
-    /// # Errors
-    /// [`icoray::ErrorKind::Grid`] names columns and elements that two ranks have, or one has twice.
+    /// The mesh of all ranks' pieces, of which no two have the same column or element; `rank` is this one.
     pub fn of(pieces: &[Piece], rank: usize, name: &str) -> Result<Self> {
         let nodes = Nodes::of(pieces).map_err(|e| e.within(name))?;
         let Faces { table, row, starts } = Faces::of(pieces, &nodes).map_err(|e| e.within(name))?;

@@ -2,14 +2,11 @@
 
 use std::{fmt, io};
 
-/// The result of a command.
 pub type CommandResult<T = ()> = Result<T, Failure>;
 
 /// An error of the library, or of writing to stdout.
 pub enum Failure {
-    /// An error of the library.
     Icoray(icoray::Error),
-    /// Writing to stdout failed.
     Stdout(io::Error),
     /// The error is reported by rank 0.
     ReportedByRoot,

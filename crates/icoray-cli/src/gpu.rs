@@ -41,7 +41,6 @@ impl DeviceOptions {
         }
     }
 
-    /// The backend, if given.
     pub fn backend(&self) -> Option<icoray::Backend> {
         self.backend.map(|word| match word {
             Backend::Auto => icoray::Backend::Auto,
@@ -50,7 +49,6 @@ impl DeviceOptions {
         })
     }
 
-    /// The device, if given.
     pub fn device(&self) -> Option<&Adapter> {
         self.device.as_ref()
     }

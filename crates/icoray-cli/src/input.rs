@@ -44,7 +44,6 @@ pub struct DataOptions {
 }
 
 impl DataOptions {
-    /// The options of a dataset.
     pub fn options(&self) -> DatasetOptions {
         let DataOptions { at, heights, radius, missing } = self;
         DatasetOptions { at: at.clone(), heights_m: *heights, radius_m: *radius, missing: missing.clone() }
@@ -72,12 +71,10 @@ fn heights(text: &str) -> std::result::Result<[f64; 2], String> {
 }
 
 impl Input {
-    /// All files.
     pub fn paths(&self) -> impl Iterator<Item = &PathBuf> {
         self.files.iter().chain(&self.minus).chain(&self.mesh)
     }
 
-    /// Opens all files.
     pub fn open(&self) -> Result<Dataset> {
         let mut dataset = icoray_netcdf::open_all(&self.files, &self.mesh, None, self.data_options.options())?;
         if !self.minus.is_empty() {
@@ -107,7 +104,6 @@ pub struct LayerOption {
     pub layers: LayerSelection,
 }
 
-/// Reads a scene file.
 pub fn scene_text(path: &Path) -> Result<String> {
     std::fs::read_to_string(path).map_err(|e| {
         let context = format!("{}: cannot read the scene: {e}", path.display());

@@ -11,6 +11,7 @@
 use crate::input::Input;
 use icoray::{Error, ErrorKind, Result};
 use icoray_netcdf::{Outline, end_process, watch_calls};
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, ExitStatus, Output, Stdio};
 use std::time::Duration;
@@ -78,11 +79,7 @@ fn own_program() -> Result<Command> {
     let failed = |e| Error::new(ErrorKind::Io, format!("cannot find the path of this program: {e}"));
     let path = if own.exists() { own.to_owned() } else { std::env::current_exe().map_err(failed)? };
     let mut command = Command::new(path);
-    #[cfg(unix)]
-    std::os::unix::process::CommandExt::arg0(
-        &mut command,
-        std::env::args_os().next().unwrap_or_else(|| "icoray".into()),
-    );
+    command.arg0(std::env::args_os().next().unwrap_or_else(|| "icoray".into()));
     Ok(command)
 }
 
@@ -96,20 +93,12 @@ fn finished(mut command: Command) -> std::result::Result<Output, String> {
 }
 
 /// Starts the program anew, in this process, with HDF5's locks switched off, unless they are.
-#[cfg(unix)]
 pub fn switch_locks_off() -> Result<()> {
-    use std::os::unix::process::CommandExt;
     if std::env::var_os(LOCKING).is_some_and(|value| value == "FALSE") {
         return Ok(());
     }
     let failed = own_program()?.args(std::env::args_os().skip(1)).env(LOCKING, "FALSE").exec();
     Err(Error::new(ErrorKind::Io, format!("cannot switch HDF5's locks off: {failed}")))
-}
-
-/// Other systems lock open files themselves.
-#[cfg(not(unix))]
-pub fn switch_locks_off() -> Result<()> {
-    Ok(())
 }
 
 /// Reads header and times in a child first, of a file that is not classic.

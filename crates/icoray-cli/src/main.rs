@@ -18,7 +18,6 @@ mod isolated;
 mod manual;
 mod overrides;
 mod plan;
-mod printed;
 mod ranks;
 mod render;
 mod sample;
@@ -29,8 +28,9 @@ mod view;
 mod watch;
 
 use clap::{CommandFactory, Parser, Subcommand};
+use icoray::printable;
 use std::ffi::OsString;
-use std::io::{self, Write};
+use std::io::{self, StdoutLock, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -107,7 +107,7 @@ fn main() -> ExitCode {
             Err(error) => return complain(&error.into()),
         }
     }
-    let mut out = printed::Printed(io::stdout().lock());
+    let mut out = Printed(io::stdout().lock());
     let done = match command {
         Command::Render(args) => render::run(&args, &mut out),
         Command::Animate(args) => animate::run(args, &mut out),
@@ -129,6 +129,23 @@ fn main() -> ExitCode {
         // failure.
         Err(failure::Failure::ReportedByRoot) => ExitCode::SUCCESS,
         Err(failure) => complain(&failure),
+    }
+}
+
+/// stdout, without the control characters of files, paths and scenes. Each text that is written, as each piece of
+/// `writeln!`, has whole characters.
+struct Printed(StdoutLock<'static>);
+
+impl Write for Printed {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let text = String::from_utf8_lossy(bytes);
+        let lines: Vec<_> = text.split('\n').map(printable).collect();
+        self.0.write_all(lines.join("\n").as_bytes())?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
     }
 }
 

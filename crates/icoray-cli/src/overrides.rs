@@ -102,9 +102,6 @@ fn tolerance(text: &str) -> Parsed<f64> {
 
 impl Overrides {
     /// Fails if an option is given, for a scene that only its text determines.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Argument`] names the option.
     pub fn expect_none(&self) -> Result<()> {
         let given = [
             ("--lon", self.lon.is_some()),
@@ -129,10 +126,6 @@ impl Overrides {
         }
     }
 
-    /// Changes the scenes of a file.
-    ///
-    /// # Errors
-    /// As [`Script::set_camera`] and [`Script::set_exaggeration`]; [`ErrorKind::Scene`] for borders on no ground.
     pub fn apply(&self, script: &mut Script) -> Result<()> {
         let camera = script.set_camera(self.lon, self.lat, self.distance);
         camera.map_err(|e| e.within("--lon, --lat, --distance"))?;

@@ -12,8 +12,7 @@ use icoray_progress::Progress;
 use std::collections::HashSet;
 use std::io::Write;
 
-/// Prints for each view what is read and what is left out at the first time; of a sweep, for the first picture of each
-/// field.
+/// Prints for each view what is read and left out at the first time; of a sweep, for the first picture of each field.
 pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let progress = Progress::new();
     let Some(opened) = args.selection.open(&progress)? else {

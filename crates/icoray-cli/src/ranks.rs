@@ -35,7 +35,6 @@ impl RankTeam {
         Ok(RankTeam { ranks: Ranks::alone() })
     }
 
-    /// The ranks to render with.
     pub fn ranks(&mut self) -> &mut Ranks {
         &mut self.ranks
     }

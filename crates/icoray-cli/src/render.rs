@@ -1,7 +1,6 @@
 //! `icoray render`: renders pictures of some or all times of a file.
 
 mod job;
-mod output_queue;
 mod pictures;
 mod target;
 
@@ -14,13 +13,12 @@ use icoray::{Error, ErrorKind, Ranks, Result, Script};
 use icoray_dataset::{Drawing, SceneFields, Series};
 use icoray_progress::Progress;
 pub use job::Job;
-pub use output_queue::OutputQueue;
 pub use pictures::Pictures;
 use std::collections::HashMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-pub use target::Target;
+pub use target::{OutputQueue, Target};
 
 /// Examples of `icoray render --help`.
 const EXAMPLES: &str = "\
@@ -103,8 +101,7 @@ fn expect_distinct(series: &Series) -> Result<()> {
     Ok(())
 }
 
-/// Renders and writes the pictures and prints a summary of each. Several ranks render each picture together; rank 0
-/// writes it.
+/// Renders and writes the pictures and prints their summaries. Several ranks render each together; rank 0 writes it.
 pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let mut ranked = RankTeam::new()?;
     let done = render(args, ranked.ranks(), out);
@@ -162,7 +159,6 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> CommandResult
     agree(ranks, outcome)
 }
 
-/// Prints the notes.
 pub fn print_notes(notes: &[String], out: &mut impl Write) -> CommandResult {
     notes.iter().try_for_each(|line| Ok(writeln!(out, "note      {line}")?))
 }

@@ -31,7 +31,6 @@ pub struct Selection {
     threads: usize,
 }
 
-/// Opened inputs.
 pub struct Opened {
     pub renderer: Renderer,
     pub file: Dataset,

@@ -12,7 +12,6 @@ const NAMED: usize = 8;
 
 /// The text of a suggested scene, and a summary.
 pub struct Suggested {
-    /// The content of a scene file.
     pub text: String,
     /// The field of the scene, and the other fields of the file.
     pub summary: String,
@@ -39,7 +38,6 @@ impl Suggested {
         Ok((Suggested { text, summary }, grid))
     }
 
-    /// Writes the text to a file.
     pub fn save(&self, path: &Path, existing: Existing) -> Result<()> {
         let written = existing.check(path).and_then(|()| write_text(path, "the scene", &self.text));
         written.map_err(|e| e.within("--save-scene"))
@@ -128,7 +126,6 @@ fn summary(selection: &Selection, info: &FieldInfo, others: &[&FieldInfo]) -> St
 /// The scenes to render.
 pub struct Scenes<'f> {
     pub script: Script,
-    /// The file's grid.
     pub grid: Grid<'f>,
     /// The suggestion, if no scene was given.
     pub suggested: Option<Suggested>,

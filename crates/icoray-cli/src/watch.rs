@@ -306,22 +306,18 @@ impl Watch<'_> {
 
     /// Prints which fields no file has, each once.
     fn print_lacking(&mut self, lacking: &[Lacking], out: &mut impl Write) -> CommandResult {
-        for Lacking { id, field, files } in lacking {
-            if self.printed.insert(format!("lacks {field}")) {
-                let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
-                let text =
-                    format!("waits     {id}: {field} is in none of the files that have it: {}", files.join(", "));
-                self.progress.suspend(|| writeln!(out, "{text}"))?;
-            }
-        }
+        let at_a_time = lacking.iter().map(|Lacking { id, field, files }| {
+            let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+            (field, format!("{id}: {field} is in none of the files that have it: {}", files.join(", ")))
+        });
         let outlines: Vec<_> = self.folder.files().filter_map(|file| file.outline.as_ref()).collect();
-        let absent = |field: &&String| !outlines.is_empty() && outlines.iter().all(|outline| !outline.has(field));
-        let absent: Vec<String> = self.needed.iter().filter(absent).cloned().collect();
-        for field in absent {
+        let is_absent = |field: &&String| !outlines.is_empty() && outlines.iter().all(|outline| !outline.has(field));
+        let directory = self.args.directory.display();
+        let absent = self.needed.iter().filter(is_absent);
+        let absent = absent.map(|field| (field, format!("{field} is in none of the files of {directory} so far")));
+        for (field, what) in at_a_time.chain(absent) {
             if self.printed.insert(format!("lacks {field}")) {
-                let directory = self.args.directory.display();
-                let text = format!("waits     {field} is in none of the files of {directory} so far");
-                self.progress.suspend(|| writeln!(out, "{text}"))?;
+                self.progress.suspend(|| writeln!(out, "waits     {what}"))?;
             }
         }
         Ok(())

@@ -1,10 +1,12 @@
-//! A team over a communicator of the host's MPI, and checks that MPI may be called.
+//! A team over a communicator of the host's MPI, checks that MPI may be called, and MPI for programs without a host
+//! that initialises it.
 
-use crate::communicator::{MpiCommunicator, flag, is_finalized};
-use crate::error::{check, failed};
+use crate::communicator::{MpiCommunicator, check, failed, flag, is_finalized, rank_in};
 use icoray::ranks::CommunicatorTeam;
 use icoray::{Error, ErrorKind, Result};
-use mpi::ffi;
+use mpi::environment::Universe;
+use mpi::traits::AsRaw;
+use mpi::{Threading, ffi};
 use std::ffi::c_char;
 use std::mem::size_of;
 use std::sync::Arc;
@@ -54,14 +56,8 @@ pub fn rank_in_world() -> Option<[usize; 2]> {
         return None;
     }
     refuse_other_mpi().and_then(|()| refuse_other_thread()).ok()?;
-    let (mut rank, mut size) = (0, 1);
-    // SAFETY: MPI runs, and it is the one that this was built for; the numbers are written.
-    unsafe {
-        let world = ffi::RSMPI_COMM_WORLD;
-        check("MPI_Comm_rank", ffi::MPI_Comm_rank(world, &mut rank)).ok()?;
-        check("MPI_Comm_size", ffi::MPI_Comm_size(world, &mut size)).ok()?;
-    }
-    Some([rank as usize, size as usize])
+    // SAFETY: MPI runs, and it is the one that this was built for.
+    rank_in(unsafe { ffi::RSMPI_COMM_WORLD }).ok()
 }
 
 /// Fortran's integer of MPI_COMM_WORLD; `None` as [`rank_in_world`].
@@ -104,4 +100,25 @@ fn refuse_other_thread() -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// MPI, initialised by this program and finalised on drop; teams must be dropped before.
+pub struct World {
+    _universe: Universe,
+}
+
+impl World {
+    /// Initialises MPI, for calls on this thread, and returns the team of all ranks. Collective.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Mpi`] where MPI was initialised before; as [`team`].
+    pub fn new() -> Result<(Self, MpiTeam)> {
+        let Some((universe, _)) = mpi::initialize_with_threading(Threading::Funneled) else {
+            return Err(failed("MPI was initialised before".into()));
+        };
+        let world = universe.world();
+        // SAFETY: MPI is initialised, and the handle is that of the world.
+        let comm = unsafe { ffi::RSMPI_Comm_c2f(world.as_raw()) };
+        Ok((World { _universe: universe }, team(comm)?))
+    }
 }

@@ -8,13 +8,9 @@
 //! refused before any handle is used.
 
 mod communicator;
-mod error;
 mod host;
-mod messages;
 #[cfg(test)]
 mod tests;
-mod world;
 
 pub use communicator::MpiCommunicator;
-pub use host::{MpiTeam, rank_in_world, team, world_communicator};
-pub use world::World;
+pub use host::{MpiTeam, World, rank_in_world, team, world_communicator};

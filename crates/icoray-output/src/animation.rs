@@ -3,7 +3,7 @@
 
 use super::atomic;
 use crate::atomic::Existing;
-use crate::path::io_error;
+use crate::folder::io_error;
 use icoray_grid::{Error, ErrorKind, Result};
 use png::{BitDepth, BlendOp, ColorType, Decoder, DisposeOp, Encoder, Transformations};
 use std::fs::File;
@@ -37,7 +37,6 @@ struct Region {
 
 /// A format of films that ffmpeg writes.
 struct FilmFormat {
-    /// Extension of the file.
     ending: &'static str,
     /// Options of ffmpeg.
     options: &'static [&'static str],

@@ -5,11 +5,11 @@
 //! temporary name begins with a dot and ends in `.tmp`; that file is removed if anything fails, a panic included. Only
 //! a killed process leaves it behind.
 
-use crate::folder::check_file;
-use crate::path::{io_error, made_folder};
+use crate::folder::{check_file, io_error, made_folder};
 use icoray_grid::{Error, ErrorKind, Result};
-use std::fs::File;
+use std::fs::{File, Permissions};
 use std::io::{self, BufWriter, Write};
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 /// Treatment of an existing file of a picture's name.
@@ -105,12 +105,7 @@ pub(super) fn exists(path: &Path) -> Error {
 /// A new file in `folder` with the permissions of the umask: tempfile's default is the owner alone.
 fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".icoray-").suffix(".tmp");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
+    builder.prefix(".icoray-").suffix(".tmp").permissions(Permissions::from_mode(0o666));
     builder.tempfile_in(folder)
 }
 
@@ -241,12 +236,10 @@ mod tests {
         assert!(error.contains("nowhere/x.png: cannot create the text: ") && !error.contains(".icoray-"), "{error}");
     }
 
-    #[cfg(unix)]
     #[test]
     fn links_count_by_their_own_name_and_the_umask_decides_who_reads() {
-        use std::os::unix::fs::{PermissionsExt, symlink};
         let (folder, path) = place();
-        symlink(folder.path().join("nothing"), &path).unwrap();
+        std::os::unix::fs::symlink(folder.path().join("nothing"), &path).unwrap();
         let refused = write_text(&path, Existing::NeverModify, "").unwrap_err();
         assert_eq!(refused.kind(), ErrorKind::Exists);
         write_text(&path, Existing::Overwrite, "new").unwrap();
@@ -265,7 +258,6 @@ mod tests {
         fs::remove_file(name).unwrap();
     }
 
-    #[cfg(unix)]
     #[test]
     fn texts_replace_existing_files_and_follow_no_link() {
         let folder = tempfile::tempdir().unwrap();

@@ -73,7 +73,6 @@ fn shades() -> Vec<Rgba> {
     (0..SHADES).map(|i| map.at(i as f32 / (SHADES - 1) as f32).to_rgba8()).collect()
 }
 
-/// The colour of an error.
 fn color(shades: &[Rgba], error: f32) -> Rgba {
     // Not >, so that a NaN error gets the last colour.
     if error <= 0.0 {

@@ -2,8 +2,8 @@
 
 use super::atomic;
 use crate::atomic::Existing;
+use crate::folder::io_error;
 use crate::frame::Frame;
-use crate::path::io_error;
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Text, WritableImage,
 };

@@ -1,16 +1,28 @@
-//! Checks whether files can be created in a folder, before the run draws the first picture.
+//! Folders of files: makes them, and checks whether files can be created there before the run draws the first picture.
 
 use super::atomic;
-use crate::path::io_error;
-use icoray_grid::Result;
-use std::io;
+use icoray_grid::{Error, ErrorKind, Result};
+use std::fmt::Display;
 use std::path::Path;
+use std::{fs, io};
+
+/// An error of kind [`ErrorKind::Io`] that names the path.
+pub(crate) fn io_error(path: &Path, what: &str, error: impl Display) -> Error {
+    Error::new(ErrorKind::Io, format!("{}: {what}: {error}", path.display()))
+}
+
+/// The folder of a file, made if missing.
+pub(crate) fn made_folder(path: &Path) -> Result<&Path> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    fs::create_dir_all(folder).map_err(|e| io_error(folder, "cannot make the directory", e))?;
+    Ok(folder)
+}
 
 /// Checks that a file can be made: its name is possible, all its parents are folders, and its folder, or the existing
 /// parent in which that would be made, can be written to. Leaves nothing behind.
 ///
 /// # Errors
-/// [`ErrorKind::Io`](icoray_grid::ErrorKind::Io) names `path` and the obstacle.
+/// [`ErrorKind::Io`] names `path` and the obstacle.
 pub(super) fn check_file(path: &Path) -> Result<()> {
     let refused = |what: &str, e: io::Error| io_error(path, what, e);
     let mut ancestors = path.ancestors();
@@ -64,7 +76,6 @@ fn may_write(folder: &Path) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::fs;
 
     fn refused(path: &Path) -> String {
         check_file(path).unwrap_err().to_string()
@@ -96,13 +107,10 @@ mod tests {
         assert!(check_folder(&at("file")).unwrap_err().to_string().contains("file: cannot make pictures: "));
         assert!(refused(&at(&"x".repeat(300))).contains("too long"));
         assert!(refused(Path::new("x\0.png")).contains("cannot write the file"));
-        #[cfg(unix)]
-        {
-            std::os::unix::fs::symlink(at("nothing"), at("link")).unwrap();
-            let error = check_folder(&at("link/pictures")).unwrap_err();
-            assert_eq!(error.kind(), icoray_grid::ErrorKind::Io);
-            assert!(error.to_string().contains("link/pictures: cannot make pictures in "), "{error}");
-        }
+        std::os::unix::fs::symlink(at("nothing"), at("link")).unwrap();
+        let error = check_folder(&at("link/pictures")).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Io);
+        assert!(error.to_string().contains("link/pictures: cannot make pictures in "), "{error}");
     }
 
     /// A file system in which no user can create files, not even root.
@@ -111,7 +119,7 @@ mod tests {
     fn folders_without_write_access_are_named() {
         for path in ["/proc", "/proc/pictures/more"] {
             let error = check_folder(Path::new(path)).unwrap_err();
-            assert_eq!(error.kind(), icoray_grid::ErrorKind::Io);
+            assert_eq!(error.kind(), ErrorKind::Io);
             assert!(error.to_string().contains(&format!("{path}: cannot make pictures")), "{error}");
         }
         let error = refused(Path::new("/proc/x.png"));

@@ -11,13 +11,11 @@ pub mod figures;
 mod frame_report;
 mod legend;
 mod sampling;
-mod sharing;
 
 use figures::{FIGURES, Figure, Scope, Value};
-pub use frame_report::{DeviceReport, FrameReport, RanksReport, Timing};
+pub use frame_report::{DeviceReport, FrameReport, RanksReport, Sharing, Timing};
 pub use legend::Legend;
 pub use sampling::{CellsPerPixel, SamplingError, SamplingReport};
-pub use sharing::Sharing;
 
 /// Reliability of a frame's errors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

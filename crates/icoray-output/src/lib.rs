@@ -4,7 +4,6 @@
 
 mod animation;
 mod atomic;
-mod csv_cell;
 mod error_map;
 mod exr_file;
 mod folder;
@@ -12,10 +11,8 @@ mod frame;
 mod label;
 mod lists;
 pub mod outcomes;
-mod path;
 mod png_file;
 mod report;
-mod srgb;
 mod write;
 pub mod writer;
 

@@ -3,9 +3,10 @@
 //! An entry is added after its picture has been written. The file is replaced as a whole, so that it is complete
 //! whenever a run is stopped; existing entries are not added again.
 
-use super::{atomic, csv_cell};
+use super::atomic;
 use crate::atomic::Existing;
-use crate::path::io_error;
+use crate::folder::io_error;
+use crate::report::csv_cell;
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_scene::name::{Cinema, Concat, Series, Stamp};
 use std::fs::{self, File};
@@ -78,9 +79,9 @@ fn add_to_table(cinema: &Cinema, directory: &Path, stamp: &Stamp, picture: &Path
     // With a decimal point, so that all values of a column have one type.
     let when = [stamp.step.to_string(), format!("{:?}", stamp.time_s)];
     let cells = when.iter().chain(cinema.parameters.iter().map(|(_, value)| value));
-    let key: String = cells.map(|cell| csv_cell::quoted(cell) + ",").collect();
+    let key: String = cells.map(|cell| csv_cell(cell) + ",").collect();
     let files = [Some(picture), error].into_iter().flatten();
-    let files = files.map(|file| Ok(csv_cell::quoted(&relative(&table.path, file)?)));
+    let files = files.map(|file| Ok(csv_cell(&relative(&table.path, file)?)));
     let row = format!("{key}{}", files.collect::<Result<Vec<_>>>()?.join(","));
     table.grow(|rows| match rows.iter_mut().find(|row| row.starts_with(&key)) {
         Some(known) => *known = row,
@@ -137,7 +138,7 @@ impl IndexFile {
     fn grow(&self, change: impl FnOnce(&mut Vec<String>)) -> Result<()> {
         // The lock lets several processes add to one text, and is released when the folder is closed. Without it the
         // text of each process is still complete.
-        let folder = File::open(crate::path::made_folder(&self.path)?).ok();
+        let folder = File::open(crate::folder::made_folder(&self.path)?).ok();
         let _is_locked = folder.as_ref().is_some_and(|folder| folder.lock().is_ok());
         let known = self.read()?;
         let mut lines = known.clone().unwrap_or_default();

@@ -2,10 +2,9 @@
 
 use super::atomic;
 use crate::atomic::Existing;
+use crate::folder::io_error;
 use crate::frame::Frame;
-use crate::label::{self, Canvas};
-use crate::path::io_error;
-use crate::srgb::srgb_byte;
+use crate::label::{self, Canvas, srgb_byte};
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_scene::LabelPlace;
 use std::io::Write;

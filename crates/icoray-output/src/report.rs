@@ -1,10 +1,9 @@
 //! `report.csv`: a line per frame, beside the pictures.
 
-use super::csv_cell;
+use crate::folder::io_error;
 use crate::frame::Frame;
 use crate::frame::figures::{FIGURES, Scope};
-use crate::path::io_error;
-use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{Error, ErrorKind, Result, printable};
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -21,7 +20,13 @@ fn row(picture: &Path, frame: &Frame) -> String {
     let file = picture.file_name().map_or_else(String::new, |f| f.to_string_lossy().into_owned());
     let figures = frame.figures(Scope::Frame).map(|(_, value)| value.to_string());
     let cells = figures.chain([frame.field.clone(), file]);
-    cells.map(|cell| csv_cell::quoted(&cell)).collect::<Vec<_>>().join(",")
+    cells.map(|cell| csv_cell(&cell)).collect::<Vec<_>>().join(",")
+}
+
+/// A CSV cell (RFC 4180), without control characters.
+pub(super) fn csv_cell(cell: &str) -> String {
+    let cell = printable(cell);
+    if cell.contains([',', '"']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.into_owned() }
 }
 
 /// The report of the folder in which `picture` lies.
@@ -87,6 +92,13 @@ mod tests {
     use super::*;
     use crate::frame::{CellsPerPixel, Colors, DeviceReport, RanksReport, SamplingError, SamplingReport, Timing};
     use icoray_scene::Lights;
+
+    #[test]
+    fn cells_are_quoted_where_they_must_be() {
+        assert_eq!(csv_cell("plain"), "plain");
+        assert_eq!(csv_cell("a, \"b\""), "\"a, \"\"b\"\"\"");
+        assert_eq!(csv_cell("a\nb\u{1b}[31m"), r"a\nb\u{1b}[31m");
+    }
 
     #[test]
     fn a_row_has_a_cell_for_each_column() {

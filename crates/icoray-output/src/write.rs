@@ -2,8 +2,8 @@
 
 use crate::atomic::Existing;
 use crate::error_map::write_error_map;
+use crate::folder::made_folder;
 use crate::frame::Frame;
-use crate::path::made_folder;
 use crate::{exr_file, label, lists, png_file, report};
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_scene::name::{Output, Stamp};

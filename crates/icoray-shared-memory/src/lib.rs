@@ -3,26 +3,28 @@
 //! Writing to a page for which there is no space there ends the process by a signal, so the free space is checked first
 //! and every page is populated before it is used.
 
-#[cfg(target_os = "linux")]
-mod mapping;
-#[cfg(not(target_os = "linux"))]
-mod unsupported;
+#[cfg_attr(not(target_os = "linux"), path = "unsupported.rs")]
+mod system;
 
-#[cfg(target_os = "linux")]
-use mapping::Mapping;
 use std::io::Result;
-#[cfg(not(target_os = "linux"))]
-use unsupported::Mapping;
+use std::{ptr, slice};
 
 /// Memory in a file that this process has mapped. Processes write to it together, then read: each calls
 /// [`Self::begin`], [`Self::put`] and [`Self::settle`], and no process is between the first and the last of these while
 /// another one reads. Barriers are the caller's.
 #[derive(Debug)]
 pub struct SharedMemory {
-    mapping: Mapping,
+    start: *mut u8,
+    bytes: usize,
     /// Whether processes may write to it.
     is_open: bool,
 }
+
+// SAFETY: memory that stays until it is dropped, by any thread.
+unsafe impl Send for SharedMemory {}
+
+// SAFETY: a shared reference gives the memory to be read only.
+unsafe impl Sync for SharedMemory {}
 
 impl SharedMemory {
     /// Creates the file `name`, of zeros, for this user alone. `name` has no slash.
@@ -30,7 +32,7 @@ impl SharedMemory {
     /// # Errors
     /// The file exists, or there is no room for it.
     pub fn create(name: &str, bytes: usize) -> Result<Self> {
-        Ok(SharedMemory { mapping: Mapping::create(name, bytes)?, is_open: false })
+        Ok(SharedMemory { start: system::create(name, bytes)?, bytes, is_open: false })
     }
 
     /// Maps the file `name`, which another process has created with as many bytes.
@@ -38,12 +40,12 @@ impl SharedMemory {
     /// # Errors
     /// There is no such file, or it cannot be mapped.
     pub fn open(name: &str, bytes: usize) -> Result<Self> {
-        Ok(SharedMemory { mapping: Mapping::open(name, bytes)?, is_open: false })
+        Ok(SharedMemory { start: system::open(name, bytes)?, bytes, is_open: false })
     }
 
     /// Removes the file's name, once all processes have opened it. The memory lives until the last of them drops it.
     pub fn remove(name: &str) {
-        Mapping::remove(name);
+        system::remove(name);
     }
 
     /// Populates the pages of one of `parts` equal parts of the memory, so that they are near this process.
@@ -51,7 +53,14 @@ impl SharedMemory {
     /// # Errors
     /// The system lacks memory, where it reports that (Linux from 5.14).
     pub fn populate(&self, part: usize, parts: usize) -> Result<()> {
-        self.mapping.populate(part, parts)
+        let share = self.bytes.div_ceil(parts.max(1)).next_multiple_of(system::page());
+        let first = part.saturating_mul(share).min(self.bytes);
+        let length = share.min(self.bytes - first);
+        if length == 0 {
+            return Ok(());
+        }
+        // SAFETY: whole pages of the mapping. What is in them stays.
+        unsafe { system::populate(self.start.add(first), length) }
     }
 
     /// Begins to write.
@@ -65,7 +74,11 @@ impl SharedMemory {
     /// Outside of [`Self::begin`] and [`Self::settle`], or beyond the memory.
     pub fn put(&mut self, at: usize, bytes: &[u8]) {
         assert!(self.is_open, "bytes are written between `begin` and `settle` only");
-        self.mapping.put(at, bytes);
+        let end = at.checked_add(bytes.len()).filter(|end| *end <= self.bytes);
+        assert!(end.is_some(), "{} bytes at {at} of {}", bytes.len(), self.bytes);
+        // SAFETY: inside of the mapping, of which no slice is there, as it is borrowed mutably here and no other
+        // process reads it.
+        unsafe { ptr::copy_nonoverlapping(bytes.as_ptr(), self.start.add(at), bytes.len()) };
     }
 
     /// Ends writing.
@@ -79,7 +92,15 @@ impl SharedMemory {
     /// Between [`Self::begin`] and [`Self::settle`].
     pub fn bytes(&self) -> &[u8] {
         assert!(!self.is_open, "processes are writing");
-        self.mapping.bytes()
+        // SAFETY: the mapping, which lives as long as this; no process writes to it while others read.
+        unsafe { slice::from_raw_parts(self.start, self.bytes) }
+    }
+}
+
+impl Drop for SharedMemory {
+    fn drop(&mut self) {
+        // SAFETY: the mapping, of which nothing is borrowed any more.
+        unsafe { system::unmap(self.start, self.bytes) };
     }
 }
 

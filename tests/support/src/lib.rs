@@ -31,17 +31,12 @@ use std::time::Duration;
 pub const PATIENCE: Duration = Duration::from_secs(900);
 
 /// Reports that the calling test, or the rest of it, does not run because `need` is not met. The test then returns.
-///
-/// # Panics
-/// When `ICORAY_REQUIRE` names the need, or a name that no need has; when the list of skips cannot be written.
+/// Fails where `ICORAY_REQUIRE` names the need.
 pub fn skip(need: Need) {
     skip_because(need, "");
 }
 
 /// [`skip`] with details, such as the message of the library that looked for a device.
-///
-/// # Panics
-/// As [`skip`].
 pub fn skip_because(need: Need, details: impl Display) {
     let details = details.to_string();
     let gap = if details.is_empty() { "" } else { ": " };
@@ -68,9 +63,6 @@ fn append(list: &Path, cause: &str) {
 }
 
 /// Whether the program `tool` is installed, that is, `tool --version` succeeds. If not, skips for `need`.
-///
-/// # Panics
-/// As [`skip`].
 pub fn has_tool(need: Need, tool: &str) -> bool {
     let is_there = runs(Command::new(tool).arg("--version"));
     if !is_there {
@@ -109,9 +101,6 @@ pub fn mpi_variables(directory: &Path) -> [(&'static str, &OsStr); 7] {
 }
 
 /// The path of the data file `name`. If it is not there, skips for [`Need::Data`].
-///
-/// # Panics
-/// As [`skip`].
 pub fn data_file(name: &str) -> Option<PathBuf> {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
     let path = std::env::var_os("ICORAY_TEST_DATA").map_or_else(beside, PathBuf::from).join(name);
@@ -123,9 +112,6 @@ pub fn data_file(name: &str) -> Option<PathBuf> {
 }
 
 /// Whether this is the long run, `cargo xtask test --all`.
-///
-/// # Panics
-/// When `ICORAY_TESTS` has another value than `all`.
 pub fn is_long() -> bool {
     match std::env::var("ICORAY_TESTS").as_deref() {
         Err(_) | Ok("") => false,
@@ -135,17 +121,11 @@ pub fn is_long() -> bool {
 }
 
 /// `long` in the long run, else `short`: how many rays, files or frames a test takes.
-///
-/// # Panics
-/// As [`is_long`].
 pub fn count<T>(short: T, long: T) -> T {
     if is_long() { long } else { short }
 }
 
 /// Whether this is the long run. If not, skips for [`Need::Long`].
-///
-/// # Panics
-/// As [`skip`] and [`is_long`].
 pub fn runs_long() -> bool {
     let is_long = is_long();
     if !is_long {

@@ -26,9 +26,6 @@ pub struct PageAnswer {
 
 impl PageClient {
     /// The client of a page's address, such as `http://127.0.0.1:8080/#TOKEN`.
-    ///
-    /// # Panics
-    /// When the address has another form.
     pub fn at(address: &str) -> Self {
         let parts = address.trim().strip_prefix("http://").and_then(|rest| rest.split_once("/#"));
         let (host, token) = parts.unwrap_or_else(|| panic!("{address:?}, expected http://HOST:PORT/#TOKEN"));

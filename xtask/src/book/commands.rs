@@ -50,9 +50,6 @@ const SCRIPT: &str = "commands.sh";
 const PRELUDE: &str = include_str!("prelude.sh");
 
 /// The command that runs a script as those of pages, in a new folder of this name, with the programs of a profile.
-///
-/// # Errors
-/// If the folder cannot be made.
 pub fn scripted(workspace: &Workspace, name: &str, profile: &str, script: &str) -> Result<Command, Error> {
     let sh = &workspace.shell;
     let folder = workspace.root.join(PLACE).join(name);
@@ -92,11 +89,7 @@ pub fn attribute_fault(fence: &Fence) -> Option<String> {
 }
 
 /// Runs the commands: all of them, or those that are not marked as slow. Counts them as one check, and each block whose
-/// needs are not met as skipped; keeps the seconds of each page.
-///
-/// # Errors
-/// The failures of all pages, with the output of the commands; a need that `ICORAY_REQUIRE` names and the machine
-/// lacks.
+/// needs are not met as skipped; keeps the seconds of each page. Fails with the failures of all pages.
 pub fn run(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Error> {
     let workspace = suite.workspace;
     let mut counts = BlockCounts::default();

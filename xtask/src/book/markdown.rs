@@ -1,30 +1,24 @@
 //! Parses the parts of a Markdown page that are checked: links, headings and fenced code.
 
-/// A page.
 #[derive(Debug, Default, PartialEq)]
 pub struct Page {
     /// Its path below the workspace's root, with `/`.
     pub path: String,
     /// Targets of links and images outside code.
     pub links: Vec<Link>,
-    /// Anchors of its headings.
     pub anchors: Vec<String>,
-    /// Fenced blocks of code.
     pub fences: Vec<Fence>,
     /// Lines of code that is indented instead of fenced.
     pub indented: Vec<usize>,
 }
 
-/// A link.
 #[derive(Debug, PartialEq)]
 pub struct Link {
     /// Its line, from 1.
     pub line: usize,
-    /// The text in its parentheses.
     pub target: String,
 }
 
-/// A fenced block of code.
 #[derive(Debug, PartialEq)]
 pub struct Fence {
     /// The line of the opening fence, from 1.
@@ -35,7 +29,6 @@ pub struct Fence {
     pub attributes: Vec<String>,
     /// The file named by a comment `<!-- from FILE -->` on the line above.
     pub source: Option<String>,
-    /// The code.
     pub text: String,
 }
 

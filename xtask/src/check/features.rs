@@ -13,14 +13,10 @@ use crate::step::Step;
 /// from crates.io for all of them, and compiles these crates once. Each package is compiled alone without features.
 const COMPANIONS: [&str; 6] = ["icoray-gpu", "icoray-live", "icoray-mpi", "icoray-netcdf", "icoray-reference", "xtask"];
 
-/// Features that are left out: they compile NetCDF and HDF5 from their sources, which takes minutes and a newer CMake than
-/// Debian's.
+/// Features that are left out: they compile NetCDF and HDF5, which takes minutes and a newer CMake than Debian's.
 const LEFT_OUT: [&str; 1] = ["static"];
 
 /// Checks that every package with features compiles without any, and with each alone.
-///
-/// # Errors
-/// All sets that do not compile, with what the compiler printed.
 pub fn check(suite: &Suite, step: &mut Step) -> Result<(), Error> {
     let metadata = suite.workspace.cargo(["metadata", "--no-deps", "--format-version", "1"]).quiet().read()?;
     let sets = sets(&metadata)?;

@@ -46,7 +46,6 @@ struct Program {
 
 /// How test programs are run.
 pub struct Run<'a> {
-    /// Environment variables.
     pub variables: Vec<(&'a str, OsString)>,
     /// Part of the names of the tests to run; all if it is empty.
     pub filter: &'a str,
@@ -54,9 +53,6 @@ pub struct Run<'a> {
 
 /// Builds the test programs of a `cargo test` command and runs them. Prints a line for each, and all that one printed if
 /// it fails.
-///
-/// # Errors
-/// If they do not compile, or if one fails.
 pub fn run<'a>(
     workspace: &Workspace,
     cargo: impl Fn() -> Cmd<'a>,

@@ -48,7 +48,6 @@ const FEATURES: &str = "icoray-tests/mpi";
 /// The same with the command `icoray` over ranks, which replaces the plain one.
 const FEATURES_OF_RANKS: &str = "icoray-tests/mpi,icoray-cli/mpi";
 
-/// The subject of the checks.
 pub struct Suite<'a> {
     pub workspace: &'a Workspace,
     /// Whether the run has the long checks.
@@ -67,7 +66,6 @@ impl Suite<'_> {
         self.workspace.cargo([subcommand, "--no-default-features"]).args(packages)
     }
 
-    /// A cargo command on all packages.
     fn cargo_all(&self, subcommand: &str, features: &str) -> Cmd<'_> {
         self.workspace.cargo([subcommand, "--workspace", "--features", features, "--config", OPTIMISED])
     }

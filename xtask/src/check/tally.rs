@@ -71,7 +71,6 @@ impl Tally {
         }
     }
 
-    /// Number of failed tests.
     pub fn failed(&self) -> usize {
         self.failed
     }

@@ -9,14 +9,10 @@ use crate::error::Error;
 
 /// The file, below the directory of all builds.
 pub const FILE: &str = "check-times.csv";
-/// Number of entries that the summary lists.
 const LISTED: usize = 12;
 
 /// Writes this run's seconds to the file, where what has not run keeps its last ones. Returns a line for each of the
-/// longest of this run, with the seconds of the last one.
-///
-/// # Errors
-/// If it cannot be written. A file that is missing or has other lines is as an empty one.
+/// longest of this run, with the seconds of the last one. A file that is missing or has other lines is as an empty one.
 pub fn kept(file: &Path, mut now: Vec<(String, f64)>) -> Result<Vec<String>, Error> {
     let entries = Reader::from_path(file).into_iter().flat_map(Reader::into_deserialize);
     let last: BTreeMap<String, f64> = entries.flatten().collect();

@@ -14,7 +14,6 @@ pub const LIBRARY: &str = "libcatalyst-icoray.so";
 /// Its directory below that of libraries: the one where libcatalyst looks if it is installed beside.
 pub const DIRECTORY: &str = "catalyst";
 
-/// The names that it exports.
 const EXPORTS: &str = "crates/icoray-catalyst/exports.map";
 
 /// Builds it as the library for C is built, with MPI or without, and with GPUs or without.

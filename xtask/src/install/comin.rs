@@ -9,9 +9,7 @@ use crate::error::Error;
 use crate::step::Step;
 use crate::workspace::{Workspace, variable};
 
-/// The plugin's file name.
 pub const PLUGIN: &str = "libicoray_comin.so";
-/// Its sources, below the workspace's root.
 const SOURCES: &str = "crates/icoray-comin";
 
 /// The directories of an installed ComIn.

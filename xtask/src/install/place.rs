@@ -11,7 +11,6 @@ use tempfile::{Builder, TempPath};
 
 use crate::error::Error;
 
-/// The content of an installed file.
 pub enum Content<'a> {
     /// A copy of a file.
     File(&'a Path),
@@ -20,7 +19,6 @@ pub enum Content<'a> {
     Link(&'a str),
 }
 
-/// A file to install.
 pub struct Item<'a> {
     pub path: PathBuf,
     pub content: Content<'a>,

@@ -17,7 +17,6 @@ use std::sync::Arc;
 
 /// This rank's part of a grid.
 pub(crate) struct PartInput<'a> {
-    /// The grid's name.
     pub grid: &'a str,
     pub cells: PartCells<'a>,
     /// The corners of this rank's fields, if it has numbered them.

@@ -3,11 +3,10 @@
 //! Pictures are rendered one after the other; a failure does not prevent the others. All ranks go through the same
 //! views: a script has no state, and the statistics of conditions are equal on all ranks.
 
-use super::inputs::ConditionField;
+use super::inputs::{ConditionField, check_whole, grid_fact};
 use super::levels::{self, Pattern};
 use super::{Context, SceneChoice, missing};
 use crate::boundary::{Failure, Outcome, caught};
-use crate::frame_inputs::{check_whole, grid_fact};
 use crate::message::listed;
 use crate::types::icoray_status;
 use icoray_core::output::Stamp;

@@ -8,10 +8,9 @@
 //! wanted from then on, and the next icoray_execute draws it. A single process takes the viewers' changes in
 //! icoray_wants_field, and draws them in the same step.
 
-use super::inputs::Inputs;
+use super::inputs::{Inputs, check_whole};
 use super::{Context, SceneChoice};
 use crate::boundary::{Failure, Outcome, caught};
-use crate::frame_inputs::check_whole;
 use crate::ranks::agree;
 use crate::types::icoray_status;
 use crate::viewer_message::{LookRequest, ProbeRequest, ViewerMessage};

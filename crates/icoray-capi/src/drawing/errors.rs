@@ -71,30 +71,29 @@ impl ErrorWarnings {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::boundary::tests::keep_line;
     use icoray_core::{CellsPerPixel, Quality, SamplingReport};
-    use std::ffi::{CStr, c_char, c_void};
 
-    /// Keeps lines in the vector that `user` points to.
-    unsafe extern "C" fn keep(user: *mut c_void, level: i32, message: *const c_char) {
-        // SAFETY: the test gives a vector, and the log a string.
-        let (lines, line) = unsafe { (&mut *user.cast::<Vec<(i32, String)>>(), CStr::from_ptr(message)) };
-        lines.push((level, line.to_string_lossy().into_owned()));
+    /// The lines for frames of these steps, views and reports.
+    fn logged(level: Level, frames: impl IntoIterator<Item = (i64, &'static str, FrameReport)>) -> Vec<(i32, String)> {
+        let mut lines: Vec<(i32, String)> = Vec::new();
+        let log = Log::new(Some(keep_line), (&raw mut lines).cast(), level as i32);
+        let mut errors = ErrorWarnings::default();
+        for (step, view, report) in frames {
+            errors.log_frame(view, &Stamp { step, time_s: 0.0, date: None }, &report, &log);
+        }
+        lines
     }
 
     #[test]
     fn errors_above_the_tolerance_are_reported_once_for_each_view() {
-        let mut lines: Vec<(i32, String)> = Vec::new();
-        let log = Log::new(Some(keep), (&raw mut lines).cast(), Level::Warn as i32);
-        let mut errors = ErrorWarnings::default();
-        let stamp = |step| Stamp { step, time_s: 0.0, date: None };
         let report = |pixels_over_tolerance| FrameReport {
             error: ErrorSummary { max: 1.6e-3, pixels_over_tolerance, ..ErrorSummary::default() },
             quality: Quality { tolerance: 1e-3, ..Quality::default() },
             ..FrameReport::default()
         };
-        for (step, view, over) in [(1, "", 0), (2, "", 7), (3, "", 9), (4, "north", 1), (5, "north", 3), (6, "b", 0)] {
-            errors.log_frame(view, &stamp(step), &report(over), &log);
-        }
+        let frames = [(1, "", 0), (2, "", 7), (3, "", 9), (4, "north", 1), (5, "north", 3), (6, "b", 0)];
+        let lines = logged(Level::Warn, frames.map(|(step, view, over)| (step, view, report(over))));
         let warn = Level::Warn as i32;
         let more = "at most 1.6e-3 (estimate); later pictures: pixels_over_tolerance in report.csv";
         let expected = [
@@ -106,23 +105,18 @@ mod tests {
 
     #[test]
     fn fields_without_values_are_reported_once() {
-        let mut lines: Vec<(i32, String)> = Vec::new();
-        let log = Log::new(Some(keep), (&raw mut lines).cast(), Level::Warn as i32);
-        let mut errors = ErrorWarnings::default();
-        for (step, fields) in [(1, vec![]), (2, vec!["q"]), (3, vec!["q"]), (4, vec!["t", "q"])] {
-            let without_values = fields.into_iter().map(String::from).collect();
-            let report = FrameReport { without_values, ..FrameReport::default() };
-            errors.log_frame("", &Stamp { step, time_s: 0.0, date: None }, &report, &log);
-        }
+        let report = |fields: &[&str]| {
+            let without_values = fields.iter().copied().map(String::from).collect();
+            FrameReport { without_values, ..FrameReport::default() }
+        };
+        let frames = [(1, &[][..]), (2, &["q"]), (3, &["q"]), (4, &["t", "q"])];
+        let lines = logged(Level::Warn, frames.map(|(step, fields)| (step, "", report(fields))));
         let fields: Vec<&str> = lines.iter().map(|(_, line)| line.split(" has no").next().unwrap()).collect();
         assert_eq!(fields, ["step 2: field \"q\"", "step 4: field \"t\""]);
     }
 
     #[test]
     fn samples_and_colours_are_hinted_at_once_for_each_view() {
-        let mut lines: Vec<(i32, String)> = Vec::new();
-        let log = Log::new(Some(keep), (&raw mut lines).cast(), Level::Info as i32);
-        let mut errors = ErrorWarnings::default();
         let report = |samples, mean| FrameReport {
             sampling: SamplingReport {
                 samples,
@@ -131,16 +125,18 @@ mod tests {
             },
             ..FrameReport::default()
         };
-        for (step, view, samples, mean) in
-            [(1, "", 1, 2.0), (2, "", 4, 20.0), (3, "", 1, 20.0), (4, "", 1, 20.0), (5, "b", 1, 20.0)]
-        {
-            errors.log_frame(view, &Stamp { step, time_s: 0.0, date: None }, &report(samples, mean), &log);
-        }
         let off_values = vec!["q is 1 to 2: it has no isosurface of 3".to_owned()];
-        let report = FrameReport { off_values, ..FrameReport::default() };
-        for step in [6, 7] {
-            errors.log_frame("b", &Stamp { step, time_s: 0.0, date: None }, &report, &log);
-        }
+        let off = FrameReport { off_values, ..FrameReport::default() };
+        let frames = [
+            (1, "", report(1, 2.0)),
+            (2, "", report(4, 20.0)),
+            (3, "", report(1, 20.0)),
+            (4, "", report(1, 20.0)),
+            (5, "b", report(1, 20.0)),
+            (6, "b", off.clone()),
+            (7, "b", off),
+        ];
+        let lines = logged(Level::Info, frames);
         let info = Level::Info as i32;
         assert_eq!(lines.len(), 3, "{lines:?}");
         assert_eq!(lines[2], (info, "step 6, view \"b\": q is 1 to 2: it has no isosurface of 3".to_owned()));

@@ -39,12 +39,10 @@ impl NumberType {
         NUMBER_TYPES.get(place).map(|kind| kind.0)
     }
 
-    /// Bytes of a number.
     pub fn bytes(self) -> usize {
         NUMBER_TYPES[self as usize].2
     }
 
-    /// Whether it is a type of integers.
     pub fn is_integer(self) -> bool {
         !matches!(self, NumberType::F32 | NumberType::F64)
     }
@@ -74,27 +72,22 @@ impl Array<'_> {
         Array { data, kind, count, stride, life: PhantomData }
     }
 
-    /// Number of numbers.
     pub fn len(&self) -> usize {
         self.count
     }
 
-    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// Their type.
     pub fn kind(&self) -> NumberType {
         self.kind
     }
 
-    /// Bytes from one number to the next.
     pub fn stride(&self) -> isize {
         self.stride
     }
 
-    /// The address of a number.
     pub fn address(&self, i: usize) -> *const u8 {
         assert!(i < self.count, "number {i} of {}", self.count);
         // SAFETY: the maker of the array promises so many numbers.
@@ -107,7 +100,6 @@ impl Array<'_> {
         unsafe { self.address(i).cast::<T>().read_unaligned() }
     }
 
-    /// A number.
     pub fn real(&self, i: usize) -> f64 {
         match self.kind {
             NumberType::F32 => f64::from(self.read::<f32>(i)),

@@ -1,7 +1,6 @@
 //! Rendering of one picture, and its summary.
 
-use super::output_queue::PictureSummary;
-use super::target::Target;
+use super::target::{PictureSummary, Target};
 use crate::{gpu, input};
 use icoray::output::Stamp;
 use icoray::{Backend, Field, Frame, Ranks, Result, Shot};

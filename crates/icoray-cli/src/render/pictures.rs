@@ -1,8 +1,6 @@
 //! Reads and draws the pictures of one time after the other.
 
-use super::job::Job;
-use super::output_queue::OutputQueue;
-use super::{agree, print_blocks};
+use super::{Job, OutputQueue, agree, print_blocks};
 use crate::failure::CommandResult;
 use icoray::{Frame, Ranks, Result, Shot, View};
 use icoray_dataset::{Dataset, Drawing, FieldCache, LayerSelection, NativeHeightCache, Series, view};
@@ -32,7 +30,6 @@ pub struct Due<'a> {
 }
 
 impl<'a> Pictures<'a> {
-    /// The pictures of a series, of which none is drawn.
     pub fn new(file: &'a Dataset, series: &'a Series<'a>, job: Job<'a>, progress: &'a Progress) -> Self {
         let count = series.pictures();
         progress.pictures(count);

@@ -1,10 +1,12 @@
-//! The target of pictures, from the option `--output`.
+//! Where pictures go, from the option `--output`: a single named one is written at once, those in a directory on a
+//! writer thread, so that the next one is rendered while one is encoded.
 
-use icoray::output::{Existing, Output, Stamp};
-use icoray::{Error, ErrorKind, Result};
+use icoray::output::{Existing, Output, Stamp, Writer, WriterOptions, write_error_map, write_picture_with};
+use icoray::{Error, ErrorKind, Frame, Result};
+use std::collections::VecDeque;
 use std::path::{Path, PathBuf, absolute};
+use std::time::Instant;
 
-/// The target of pictures.
 pub enum Target {
     /// This file.
     Picture(PathBuf),
@@ -43,7 +45,6 @@ impl Target {
         Ok(Target::Directory(path.to_owned()))
     }
 
-    /// The path of a picture.
     pub fn path(&self, names: &Output, stamp: &Stamp, field: &str) -> Result<PathBuf> {
         match self {
             Target::Directory(directory) => Ok(directory.join(names.names(stamp, field)?.file)),
@@ -72,4 +73,112 @@ pub fn expect_apart(map: &Path, picture: &Path) -> Result<()> {
 
 fn bad_map(path: &Path, what: &str) -> Error {
     Error::new(ErrorKind::Argument, format!("--error {}: {what}", path.display()))
+}
+
+pub struct PictureSummary {
+    pub text: String,
+    /// Details to print before and after the seconds of writing, if any.
+    pub details: Option<[String; 2]>,
+}
+
+impl PictureSummary {
+    fn with_write_time(self, write_s: f64) -> String {
+        let details = self.details.map(|[before, after]| format!("\n{before}{write_s:.3}{after}"));
+        self.text + &details.unwrap_or_default()
+    }
+}
+
+/// Writes the pictures of a run and returns the summary of each that is on disk.
+pub struct OutputQueue<'a> {
+    destination: Destination<'a>,
+    existing: Existing,
+    /// Path of the error map, if given.
+    error_map: Option<&'a Path>,
+    /// Summaries of pictures in the writer's queue, in order.
+    pending: VecDeque<PictureSummary>,
+}
+
+enum Destination<'a> {
+    File(&'a Path),
+    Directory(Writer),
+}
+
+impl<'a> OutputQueue<'a> {
+    pub fn new(target: &'a Target, existing: Existing, error_map: Option<&'a Path>) -> Result<Self> {
+        let destination = match target {
+            Target::Picture(path) => Destination::File(path),
+            Target::Directory(directory) => {
+                Destination::Directory(Writer::new(WriterOptions { existing, ..WriterOptions::new(directory) })?)
+            }
+        };
+        Ok(OutputQueue { destination, existing, error_map, pending: VecDeque::new() })
+    }
+
+    /// Gives frames to `next` once they are written to a directory.
+    pub fn pass_on(&self, next: Box<dyn FnMut(Frame) + Send>) {
+        if let Destination::Directory(writer) = &self.destination {
+            writer.pass_on(Some(next));
+        }
+    }
+
+    /// Checks that the files of a picture can be written.
+    pub fn check(&self, names: &Output, stamp: &Stamp, field: &str) -> Result<()> {
+        if let Some(map) = self.error_map {
+            self.existing.prepare(map)?;
+        }
+        match &self.destination {
+            Destination::File(path) => self.existing.prepare(path),
+            Destination::Directory(writer) => {
+                writer.check_folders(names, stamp, field)?;
+                writer.check(names, stamp, field).map(drop)
+            }
+        }
+    }
+
+    /// Writes or enqueues the frame; returns the summaries of completed pictures, the first failure last.
+    pub fn submit(
+        &mut self,
+        mut frame: Frame,
+        names: Output,
+        stamp: Stamp,
+        summary: PictureSummary,
+    ) -> Vec<Result<String>> {
+        let start = Instant::now();
+        frame.stamp = stamp.clone();
+        if let Err(error) = self.write_error_map(&frame) {
+            return vec![Err(error)];
+        }
+        match &self.destination {
+            Destination::File(path) => {
+                let written = write_picture_with(path, &frame, self.existing);
+                vec![written.map(|()| summary.with_write_time(start.elapsed().as_secs_f64()))]
+            }
+            Destination::Directory(writer) => {
+                self.pending.push_back(summary);
+                writer.submit(frame, names, stamp);
+                self.completed()
+            }
+        }
+    }
+
+    /// Waits for pending pictures; returns as [`Self::submit`].
+    pub fn finish(mut self) -> Vec<Result<String>> {
+        if let Destination::Directory(writer) = &self.destination {
+            writer.wait();
+        }
+        self.completed()
+    }
+
+    fn write_error_map(&self, frame: &Frame) -> Result<()> {
+        self.error_map.map_or(Ok(()), |path| write_error_map(path, frame, self.existing))
+    }
+
+    fn completed(&mut self) -> Vec<Result<String>> {
+        let Destination::Directory(writer) = &self.destination else { return Vec::new() };
+        // Outcomes are taken after each picture, so the writer keeps every one.
+        let outcomes = writer.take_outcomes().kept;
+        let summary = self.pending.drain(..outcomes.len()).collect::<Vec<_>>();
+        let completed = outcomes.into_iter().zip(summary);
+        completed.map(|(written, summary)| written.result.map(|_| summary.with_write_time(written.write_s))).collect()
+    }
 }

@@ -9,6 +9,7 @@ use icoray::{Error, ErrorKind, Result};
 use icoray_netcdf::Outline;
 use std::collections::BTreeMap;
 use std::fs::{self, Metadata};
+use std::os::unix::fs::{DirEntryExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -25,7 +26,7 @@ pub struct State {
     modified: Option<SystemTime>,
 }
 
-/// Properties by which a file system distinguishes files, 0 or `None` where it has none.
+/// Properties by which a file system distinguishes files; `created` is `None` where it has none.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Identity {
     device: u64,
@@ -35,7 +36,8 @@ struct Identity {
 
 impl State {
     fn of(metadata: &Metadata) -> Self {
-        State { identity: Identity::of(metadata), length: metadata.len(), modified: metadata.modified().ok() }
+        let identity = Identity { device: metadata.dev(), inode: metadata.ino(), created: metadata.created().ok() };
+        State { identity, length: metadata.len(), modified: metadata.modified().ok() }
     }
 
     /// The state of the file at `path` now; `None` where there is none.
@@ -55,30 +57,6 @@ impl State {
     }
 }
 
-impl Identity {
-    #[cfg(unix)]
-    fn of(metadata: &Metadata) -> Self {
-        use std::os::unix::fs::MetadataExt;
-        Identity { device: metadata.dev(), inode: metadata.ino(), created: metadata.created().ok() }
-    }
-
-    #[cfg(not(unix))]
-    fn of(metadata: &Metadata) -> Self {
-        Identity { device: 0, inode: 0, created: metadata.created().ok() }
-    }
-}
-
-/// The inode of a directory's entry, which costs no question.
-#[cfg(unix)]
-fn entry_number(entry: &fs::DirEntry) -> u64 {
-    std::os::unix::fs::DirEntryExt::ino(entry)
-}
-
-#[cfg(not(unix))]
-fn entry_number(_: &fs::DirEntry) -> u64 {
-    0
-}
-
 /// A file of the directory.
 #[derive(Debug)]
 pub struct Watched {
@@ -90,7 +68,8 @@ pub struct Watched {
     pub outline: Option<Outline>,
     /// Whether the directory still has it.
     is_there: bool,
-    entry_number: u64,
+    /// That of the directory's entry, which costs no question.
+    entry_inode: u64,
     /// When the state was seen first, and when it is asked for again.
     since: Instant,
     next_look: Instant,
@@ -108,7 +87,7 @@ impl Watched {
             version: 0,
             outline: None,
             is_there: true,
-            entry_number: 0,
+            entry_inode: 0,
             since: now,
             next_look: now,
             read_at: None,
@@ -191,7 +170,6 @@ impl Watched {
     }
 }
 
-/// The watched directory.
 pub struct Folder {
     path: PathBuf,
     pattern: Pattern,
@@ -210,15 +188,11 @@ impl Folder {
         self.files.values().filter(|file| file.is_there)
     }
 
-    /// The file of that path.
     pub fn file(&self, path: &Path) -> Option<&Watched> {
         self.files.get(path)
     }
 
     /// Looks at the directory; whether anything has changed.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Io`]: the directory cannot be read.
     pub fn look(&mut self, now: Instant) -> Result<bool> {
         let failed = |e| Error::new(ErrorKind::Io, format!("{}: cannot read the directory: {e}", self.path.display()));
         let entries = fs::read_dir(&self.path).map_err(failed)?;
@@ -231,8 +205,8 @@ impl Folder {
             let Some(name) = name.to_str().filter(|name| !name.starts_with('.') && self.pattern.matches(name)) else {
                 continue;
             };
-            let (path, entry_number) = (self.path.join(name), entry_number(&entry));
-            let known = self.files.get(&path).filter(|file| file.is_there && file.entry_number == entry_number);
+            let (path, inode) = (self.path.join(name), entry.ino());
+            let known = self.files.get(&path).filter(|file| file.is_there && file.entry_inode == inode);
             if known.is_some_and(|file| file.next_look > now) {
                 there.push(path);
                 continue;
@@ -242,7 +216,7 @@ impl Folder {
             let is_new = !self.files.contains_key(&path);
             let file = self.files.entry(path.clone()).or_insert_with(|| Watched::new(path.clone(), state.clone(), now));
             has_changed |= file.take(state, now) || is_new;
-            file.entry_number = entry_number;
+            file.entry_inode = inode;
             let between = if has_many { (now.duration_since(file.since) / 8).min(MAX_BETWEEN) } else { Duration::ZERO };
             file.next_look = now + between;
             there.push(path);

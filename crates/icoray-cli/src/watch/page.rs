@@ -11,7 +11,6 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, PoisonError};
 
-/// An open page.
 pub struct Page {
     pub view: Arc<LiveView>,
     title: String,

@@ -66,7 +66,6 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// The files.
     pub fn paths(&self) -> impl Iterator<Item = &PathBuf> {
         self.sources.iter().map(|source| &source.path)
     }

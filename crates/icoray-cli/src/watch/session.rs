@@ -23,7 +23,6 @@ pub struct Session {
 }
 
 impl Session {
-    /// The times to draw.
     pub fn moments(&self) -> &[Moment] {
         &self.moments
     }
@@ -37,9 +36,6 @@ fn is_of_files(error: &Error) -> bool {
 
 impl Watch<'_> {
     /// Opens the files of the first of these times that can be read; `known` is the mesh of the files before.
-    ///
-    /// # Errors
-    /// Those that hold for all files.
     pub fn open(
         &mut self,
         moments: Vec<Moment>,

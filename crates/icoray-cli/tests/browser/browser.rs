@@ -114,7 +114,6 @@ impl Browser {
         self.runtime.block_on(command).unwrap()
     }
 
-    /// Opens an address.
     pub fn go(&self, address: &str) {
         self.wait(self.client().goto(address));
     }

@@ -111,9 +111,8 @@ impl Browser {
 
     /// Touches the middle of an element.
     pub fn tap(&self, selector: &str) {
-        let [x, y, width, height] = self.rectangle(selector);
-        let place = [x + width / 2.0, y + height / 2.0];
-        let finger = TouchActions::new("finger 0".to_owned()).then(to(place, Duration::ZERO)).then(DOWN).then(UP);
+        let finger = TouchActions::new("finger 0".to_owned());
+        let finger = finger.then(to(self.middle(selector), Duration::ZERO)).then(DOWN).then(UP);
         self.perform(finger.into());
     }
 
@@ -127,7 +126,6 @@ impl Browser {
         [0, 1, 2, 3].map(|k: usize| found[k].as_f64().unwrap())
     }
 
-    /// The middle of an element.
     pub fn middle(&self, selector: &str) -> Place {
         let [x, y, width, height] = self.rectangle(selector);
         [x + width / 2.0, y + height / 2.0]

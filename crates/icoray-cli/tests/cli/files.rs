@@ -1,7 +1,7 @@
 //! The commands on small MPAS files, whose fields have the values `1000·time + column + 0.125·layer` in 42 columns.
 
 use crate::made::{Made, RECORDS, Values};
-use crate::run::{Folder, fails, has, icoray, says, scene, shows_something, software};
+use crate::run::{Folder, has, icoray, says, scene, shows_something, software};
 use netcdf::Options;
 use std::fs;
 use std::process::Stdio;
@@ -64,13 +64,11 @@ fn the_command_may_set_the_tolerance_and_name_the_map_of_errors() {
     assert!(!is_there("e0.png"));
     folder.render(&["--time", "all", "-o", "all"]);
     assert!(["all/e0.png", "all/e2.png", "all/theta_000002.png"].into_iter().all(is_there));
-    has(
-        &folder.text("all/report.csv"),
-        &[
-            "error_max,error_mean,error_p999,tolerance,error_is_bound,pixel_step,lights,threads,",
-            ",pixels_over_tolerance,",
-        ],
-    );
+    let parts = [
+        "error_max,error_mean,error_p999,tolerance,error_is_bound,pixel_step,lights,threads,",
+        ",pixels_over_tolerance,",
+    ];
+    has(&folder.text("all/report.csv"), &parts);
 }
 
 #[test]
@@ -186,21 +184,19 @@ fn info_lists_the_contents_of_a_file() {
     made.add("vn", &["Time", "nEdges"], Values::F64(vec![1.0; RECORDS * 120]));
     let folder = Folder::of_netcdf4(&made);
     let text = folder.prints(["info", "made.nc"]);
-    has(
-        &text,
-        &[
-            "MPAS: 42 cells, 80 corners, 120 edges",
-            "12 with 5 corners, 30 with 6 corners",
-            "radius     6371229 m",
-            "positions  f32",
-            "passes the check",
-            "0: 2013-10-25_00:00:00, 1: 2013-10-26_00:00:00, 2: 2013-10-27_00:00:00",
-            "4 between 5 interfaces (zgrid): from 0.0 m to 9000.0 m, 100.0 to 7500.0 m apart",
-            "5 on heights (zgrid): from 0.0 m to 9000.0 m",
-            "heights = \"native\" in a scene shows zgrid of each column\n",
-            "Potential temperature",
-        ],
-    );
+    let parts = [
+        "MPAS: 42 cells, 80 corners, 120 edges",
+        "12 with 5 corners, 30 with 6 corners",
+        "radius     6371229 m",
+        "positions  f32",
+        "passes the check",
+        "0: 2013-10-25_00:00:00, 1: 2013-10-26_00:00:00, 2: 2013-10-27_00:00:00",
+        "4 between 5 interfaces (zgrid): from 0.0 m to 9000.0 m, 100.0 to 7500.0 m apart",
+        "5 on heights (zgrid): from 0.0 m to 9000.0 m",
+        "heights = \"native\" in a scene shows zgrid of each column\n",
+        "Potential temperature",
+    ];
+    has(&text, &parts);
     let row = |name: &str| {
         let line = text.lines().find(|l| l.starts_with(name)).unwrap();
         line.split_whitespace().collect::<Vec<_>>()
@@ -292,9 +288,8 @@ fn info_lists_the_variables_of_a_file_without_a_mesh() {
     let text = folder.prints(["info", "made.nc"]);
     has(&text, &["file       made.nc", "sst(time = 1, n_node = 162) of float  sea surface temperature  [C]"]);
     has(&text, &["mesh       bad grid: made.nc: no mesh is known of sst(time = 1, n_node = 162) of float"]);
-    let (mesh, _) = Made::mesh(true).write(Options::_64BIT_OFFSET);
-    let mesh = mesh.path().join("made.nc");
+    Made::mesh(true).write_to(&folder.at("mesh.nc"), Options::_64BIT_OFFSET);
     let words =
         ["no variable lies on the mesh of", "42 cells (nCells) or 80 vertices (nVertices)", "sst(time = 1, n_node"];
-    fails(icoray(folder.path()).args(["render", "made.nc", "--mesh"]).arg(mesh), 1, &words);
+    folder.fails(["render", "made.nc", "--mesh", "mesh.nc"], 1, &words);
 }

@@ -94,9 +94,7 @@ fn the_cpu_draws_where_the_named_device_is_not_found() {
     for (device, words) in
         [("99", "no adapter has the number 99 of ["), ("Voodoo", "no adapter is named \"Voodoo\" of [")]
     {
-        has(
-            &folder.render(&["-o", "out.png", "--backend", "gpu", "--device", device]),
-            &["drawn on  the CPU: ", words, adapters[0][3..].split(" (").next().unwrap()],
-        );
+        let parts = ["drawn on  the CPU: ", words, adapters[0][3..].split(" (").next().unwrap()];
+        has(&folder.render(&["-o", "out.png", "--backend", "gpu", "--device", device]), &parts);
     }
 }

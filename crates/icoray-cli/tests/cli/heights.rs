@@ -3,7 +3,7 @@
 use crate::files::folder;
 use crate::made::{HEIGHT_M, LAYERS, Made, RECORDS, Values};
 use crate::real::data;
-use crate::run::{Folder, difference, has, icoray, prints, says, scene, shows_something};
+use crate::run::{Folder, difference, has, says, scene, shows_something};
 use std::ops::Range;
 
 /// The same scene with native heights.
@@ -79,12 +79,10 @@ fn heights_that_change_are_read_at_each_time() {
     assert_eq!(max(&same), 0, "heights are those of the time");
     assert!(max(&first) > 0, "they change");
     let plan = series.prints(["plan", "made.nc", "--scene", "scene.toml"]);
-    has(
-        &plan,
-        &[
-            "read: layerThickness of each column added up from the sea floor (bottomDepth), those of each time (672 bytes each time)\n",
-        ],
-    );
+    let parts = [
+        "read: layerThickness of each column added up from the sea floor (bottomDepth), those of each time (672 bytes each time)\n",
+    ];
+    has(&plan, &parts);
 }
 
 #[test]
@@ -185,13 +183,12 @@ fn terrain_of_the_baroclinic_wave() {
     folder.write("mean.toml", &plain);
     folder.write("native.toml", native(&plain));
     for name in ["mean", "native"] {
-        let mut render = icoray(folder.path());
-        render.arg("render").arg(&file).args(["--scene", &format!("{name}.toml"), "--layers", "0..8"]);
-        let text = prints(render.args(["--size", "64x64", "-v", "-o", &format!("{name}.png")]));
+        let (scene, picture) = (format!("{name}.toml"), format!("{name}.png"));
+        let options = ["--layers", "0..8", "--size", "64x64", "-v", "-o", &picture];
+        let text = folder.prints([&["render", &file, "--scene", &scene], &options[..]].concat());
         assert_eq!(text.contains("concentric mean heights"), name == "mean", "{text}");
         assert_eq!(text.contains("heights   zgrid of each column\n"), name == "native", "{text}");
-        let mut plan = icoray(folder.path());
-        let plan = prints(plan.arg("plan").arg(&file).args(["--scene", &format!("{name}.toml")]));
+        let plan = folder.prints(["plan", &file, "--scene", &scene]);
         assert_eq!(plan.contains("read: zgrid of each column"), name == "native", "{plan}");
     }
     let apart = difference(&folder.at("mean.png"), &folder.at("native.png"));

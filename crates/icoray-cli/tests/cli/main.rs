@@ -22,7 +22,6 @@ mod refused;
 mod run;
 mod sample;
 mod series;
-#[cfg(unix)]
 mod shell;
 mod suggested;
 mod surfaces;

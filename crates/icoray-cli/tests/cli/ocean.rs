@@ -2,7 +2,7 @@
 //! MPAS-Ocean.
 
 use crate::made::{Made, Values};
-use crate::real::data;
+use crate::real::{data, example};
 use crate::run::{Folder, has, icoray, prints, shows_something};
 use netcdf::Options;
 use std::path::{Path, PathBuf};
@@ -50,12 +50,11 @@ fn the_ocean_ends_at_coasts_and_at_its_floor() {
     // A place to look at the picture, and at the file, afterwards.
     let kept = std::env::var_os("ICORAY_TEST_KEEP").map(PathBuf::from);
     let at = kept.as_deref().unwrap_or(folder.path());
-    history(&mesh).write_to(&at.join("ocean.nc"), Options::_64BIT_DATA);
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes/ocean.toml");
+    history(Path::new(&mesh)).write_to(&at.join("ocean.nc"), Options::_64BIT_DATA);
     let size = if kept.is_some() { "720x540" } else { "96x72" };
-    let mut render = icoray(at);
-    render.args(["render", "ocean.nc", "--mesh"]).arg(&mesh).arg("--scene").arg(scene);
-    let text = prints(render.args(["--size", size, "-o", "ocean.png"]));
+    let input = ["ocean.nc", "--mesh", &mesh];
+    let options = ["--scene", &example("ocean"), "--size", size, "-o", "ocean.png"];
+    let text = prints(icoray(at).arg("render").args(input).args(options));
     has(&text, &["field     temperature at cells, 12 layers, time 0 (0010-07-01_00:00:00)", " degrees Celsius, "]);
     // -1e34 is not in the range, and what is below the floor is missing.
     let range = text.lines().find(|line| line.starts_with("range")).unwrap();
@@ -65,7 +64,6 @@ fn the_ocean_ends_at_coasts_and_at_its_floor() {
     assert!(words[words.len() - 2].parse::<usize>().unwrap() > 2000, "{range}");
     let (width, height) = size.split_once('x').unwrap();
     shows_something(&at.join("ocean.png"), width.parse().unwrap(), height.parse().unwrap());
-    let mut info = icoray(at);
-    let text = prints(info.args(["info", "ocean.nc", "--mesh"]).arg(mesh));
+    let text = prints(icoray(at).arg("info").args(input));
     has(&text, &["12 between 13 interfaces (refBottomDepth): from 0.0 m to -5500.0 m", "is not known"]);
 }

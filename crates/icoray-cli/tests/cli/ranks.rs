@@ -5,7 +5,6 @@ use crate::heights::{hills, native, two};
 use crate::made::Made;
 use crate::run::{has, scene};
 use icoray_test_support::{Need, has_tool};
-use std::fs;
 use std::path::Path;
 use std::process::Output;
 
@@ -42,7 +41,7 @@ fn ranks_draw_each_picture_of_a_series_together() {
             has(&said, &[&format!("({ranks} ranks of 1 threads)")]);
         }
         for time in 0..3 {
-            let bytes = |of: &str| fs::read(folder.path().join(of).join(format!("vorticity_{time:06}.png"))).unwrap();
+            let bytes = |of: &str| folder.bytes(&format!("{of}/vorticity_{time:06}.png"));
             assert!(bytes(&to) == bytes("alone"), "{ranks} ranks, time {time}");
         }
     }
@@ -58,12 +57,12 @@ fn ranks_draw_the_views_that_are_due_together() {
     let Some(said) = draw_on(2, folder.path(), &["--time", "all", "-o", "of 2", "--threads", "1"]) else {
         return;
     };
-    let at = |of: &str, name: &str| fs::read(folder.path().join(of).join("v.cdb").join(name)).unwrap();
+    let at = |of: &str, name: &str| folder.bytes(&format!("{of}/v.cdb/{name}"));
     assert_eq!(said.matches("picture ").count(), 3, "{said}");
     for name in ["mean_theta_000001.png", "mean_theta_000002.png", "other_w_000000.png", "data.csv"] {
         assert!(at("of 2", name) == at("alone", name), "{name}");
     }
-    let data = String::from_utf8(at("alone", "data.csv")).unwrap();
+    let data = folder.text("alone/v.cdb/data.csv");
     assert_eq!(data.lines().count(), 4, "{data}");
 }
 
@@ -75,7 +74,7 @@ fn ranks_draw_native_heights_and_several_fields_together() {
     let Some(said) = draw_on(2, folder.path(), &more) else { return };
     has(&said, &["heights   zgrid of each column\n", "(2 ranks of 1 threads)"]);
     for time in 0..2 {
-        let bytes = |of: &str| fs::read(folder.path().join(of).join(format!("w_{time:06}.png"))).unwrap();
+        let bytes = |of: &str| folder.bytes(&format!("{of}/w_{time:06}.png"));
         assert!(bytes("of 2") == bytes("alone"), "time {time}");
     }
 }
@@ -83,7 +82,7 @@ fn ranks_draw_native_heights_and_several_fields_together() {
 #[test]
 fn an_error_on_any_rank_stops_all_and_is_printed_once() {
     let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));
-    fs::write(folder.path().join("taken"), "").unwrap();
+    folder.write("taken", "");
     for (more, part) in [
         (&["--time", "7"][..], "--time 7: expected -3 to 2"),
         (&["--time", "all", "-o", "one.png"], "expected a directory"),

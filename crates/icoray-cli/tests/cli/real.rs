@@ -1,10 +1,17 @@
 //! Real files, if the test data are present.
 
-use crate::run::{Folder, has, icoray, prints, says, scene, shows_something, software};
+use crate::run::{Folder, has, says, scene, shows_something, software};
 use std::fs;
-use std::path::Path;
 
-pub use icoray_test_support::data_file as data;
+/// The path of a file of the test data. If it is not there, skips the test.
+pub fn data(name: &str) -> Option<String> {
+    icoray_test_support::data_file(name).map(|path| path.into_os_string().into_string().unwrap())
+}
+
+/// The path of a scene that comes with icoray.
+pub fn example(name: &str) -> String {
+    format!("{}/../../examples/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"))
+}
 
 #[test]
 fn fields_of_the_baroclinic_wave_are_rendered() {
@@ -13,9 +20,7 @@ fn fields_of_the_baroclinic_wave_are_rendered() {
         let folder = Folder::new();
         folder.write("scene.toml", scene(field, low, high));
         for name in ["out.png", "out.exr"] {
-            let mut render = icoray(folder.path());
-            render.arg("render").arg(&file).args(["--scene", "scene.toml", "--time", "2", "-o", name]);
-            let text = prints(&mut render);
+            let text = folder.prints(["render", &file, "--scene", "scene.toml", "--time", "2", "-o", name]);
             has(&text, &[&format!("field     {field} at "), "time 2 (0000-01-10_00:00:00)"]);
             assert_eq!(text.contains("vorticity is at corners"), field == "vorticity", "{text}");
             shows_something(&folder.at(name), 96, 96);
@@ -29,15 +34,13 @@ fn fields_of_the_baroclinic_wave_are_rendered() {
 #[test]
 fn the_example_scenes_show_something() {
     let Some(file) = data("mpas_jw_10242.nc") else { return };
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes");
     for name in ["jw_theta", "jw_w", "jw_vorticity"] {
         let folder = Folder::new();
-        let mut render = icoray(folder.path());
         // Labels are no part of what is shown, and may take rows of their own.
-        let scene = fs::read_to_string(scenes.join(name).with_extension("toml")).unwrap();
+        let scene = fs::read_to_string(example(name)).unwrap();
         folder.write("scene.toml", scene.replace("[labels]", "[labels]\non = false"));
-        render.arg("render").arg(&file).args(["--scene", "scene.toml"]);
-        prints(render.args(["--time", "-1", "--size", "96x72", "-o", "out.png"]));
+        let options = ["--scene", "scene.toml", "--time", "-1", "--size", "96x72", "-o", "out.png"];
+        folder.prints([&["render", &file], &options[..]].concat());
         shows_something(&folder.at("out.png"), 96, 72);
     }
 }
@@ -47,19 +50,15 @@ fn the_example_scenes_show_something() {
 fn temperatures_of_icon_are_rendered() {
     let Some(file) = data("psyplot_icon_test.nc") else { return };
     let folder = Folder::new();
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes/icon.toml");
-    let mut render = icoray(folder.path());
-    render.arg("render").arg(&file).arg("--scene").arg(scene);
-    let text = prints(render.args(["--time", "1979-01..1979-03", "--size", "96x72"]));
-    has(
-        &text,
-        &[
-            "note      t2m is at corners: averaged to cell centres",
-            "note      lev gives pressures: rendered at the heights of the standard atmosphere",
-            "picture   icon_t2m_1979-02-28.png (96 x 72)",
-            "time 1 (1979-02-28_18:00:00)",
-        ],
-    );
+    let options = ["--scene", &example("icon"), "--time", "1979-01..1979-03", "--size", "96x72"];
+    let text = folder.prints([&["render", &file], &options[..]].concat());
+    let parts = [
+        "note      t2m is at corners: averaged to cell centres",
+        "note      lev gives pressures: rendered at the heights of the standard atmosphere",
+        "picture   icon_t2m_1979-02-28.png (96 x 72)",
+        "time 1 (1979-02-28_18:00:00)",
+    ];
+    has(&text, &parts);
     for date in ["1979-01-31", "1979-02-28"] {
         let picture = folder.at(format!("icon_t2m_{date}.png"));
         shows_something(&picture, 96, 72);
@@ -71,12 +70,10 @@ fn temperatures_of_icon_are_rendered() {
 fn info_and_plan_of_the_baroclinic_wave() {
     let Some(file) = data("mpas_jw_10242.nc") else { return };
     let folder = Folder::new();
-    let text = prints(icoray(folder.path()).arg("info").arg(&file).arg("--ranges"));
-    has(
-        &text,
-        &["10242 cells, 20480 corners, 30720 edges", "12 with 5 corners", "passes the check", "Potential temperature"],
-    );
+    let text = folder.prints(["info", &file, "--ranges"]);
+    let parts =
+        ["10242 cells, 20480 corners, 30720 edges", "12 with 5 corners", "passes the check", "Potential temperature"];
+    has(&text, &parts);
     folder.write("scene.toml", scene("theta", 250.0, 400.0));
-    let mut plan = icoray(folder.path());
-    has(&prints(plan.arg("plan").arg(&file).args(["--scene", "scene.toml"])), &["left out: table corner"]);
+    has(&folder.prints(["plan", &file, "--scene", "scene.toml"]), &["left out: table corner"]);
 }

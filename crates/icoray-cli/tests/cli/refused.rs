@@ -2,7 +2,7 @@
 
 use crate::files::folder;
 use crate::made::Made;
-use crate::run::{fails, icoray, scene};
+use crate::run::scene;
 
 /// Renders with `more` arguments, which must fail and leave no picture.
 #[track_caller]
@@ -79,14 +79,15 @@ fn wrong_usage_exits_with_2() {
         values.split(' ').for_each(|value| refused(&good, &[option, value], 2, &[option]));
     }
     let folder = folder(&Made::history(), &good);
-    fails(icoray(folder.path()).arg("render"), 2, &["FILE.nc"]);
-    fails(&mut icoray(folder.path()), 2, &["Usage: icoray"]);
+    folder.fails(["render"], 2, &["FILE.nc"]);
+    folder.fails([""; 0], 2, &["Usage: icoray"]);
 }
 
 /// They would all write the same pictures.
 #[cfg(not(feature = "mpi"))]
 #[test]
 fn ranks_without_mpi_are_refused() {
+    use crate::run::{fails, icoray};
     let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));
     for name in ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"] {
         let mut command = icoray(folder.path());

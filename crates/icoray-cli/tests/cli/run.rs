@@ -37,7 +37,6 @@ kind = "headlight"
 pub struct Folder(TempDir);
 
 impl Folder {
-    /// An empty folder.
     pub fn new() -> Self {
         Folder(tempfile::tempdir().unwrap())
     }
@@ -72,7 +71,6 @@ impl Folder {
         fs::write(self.at(name), text).unwrap();
     }
 
-    /// Number of entries.
     pub fn count(&self) -> usize {
         fs::read_dir(self.path()).unwrap().count()
     }
@@ -81,6 +79,12 @@ impl Folder {
     #[track_caller]
     pub fn prints(&self, words: impl IntoIterator<Item: AsRef<OsStr>>) -> String {
         prints(icoray(self.path()).args(words))
+    }
+
+    /// Renders `made.nc` without `scene.toml`.
+    #[track_caller]
+    pub fn render_alone(&self, more: &[&str]) -> String {
+        self.prints([&["render", "made.nc", "--size", "96x72"], more].concat())
     }
 
     /// Renders `scene.toml`; all lines of the summaries.
@@ -152,7 +156,6 @@ pub fn shows_something(path: &Path, width: u32, height: u32) {
     assert!(reds.len() > 20, "{} shades in {}", reds.len(), path.display());
 }
 
-/// Differences of two pictures' bytes.
 #[derive(Debug)]
 pub struct Difference {
     pub mean: f64,

@@ -27,10 +27,8 @@ fn completions_and_manual_pages_have_every_command() {
 #[test]
 fn colour_maps_are_drawn_and_named() {
     let folder = Folder::new();
-    has(
-        &folder.prints(["colormaps", "-o", "new/maps.png"]),
-        &["picture   new/maps.png\n", "names     ", "viridis, viridis_bright"],
-    );
+    let parts = ["picture   new/maps.png\n", "names     ", "viridis, viridis_bright"];
+    has(&folder.prints(["colormaps", "-o", "new/maps.png"]), &parts);
     assert!(image::open(folder.at("new/maps.png")).unwrap().width() > 1000);
 }
 

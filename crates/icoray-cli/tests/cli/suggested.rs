@@ -3,42 +3,29 @@
 use crate::files::folder;
 use crate::made::Made;
 use crate::real::data;
-use crate::run::{Folder, fails, has, icoray, prints, says, scene, shows_something};
+use crate::run::{Folder, has, says, scene, shows_something};
 use std::fs;
-
-/// A folder with `made.nc` alone.
-fn lone() -> Folder {
-    Folder::of(&Made::history())
-}
-
-fn render(folder: &Folder, more: &[&str]) -> String {
-    folder.prints([&["render", "made.nc", "--size", "96x72"], more].concat())
-}
 
 #[test]
 fn a_file_alone_is_drawn() {
-    let folder = lone();
-    let text = render(&folder, &[]);
-    has(
-        &text,
-        &[
-            "scene     suggested for theta, the first field with layers; --field also takes w, vorticity, rho, surface_pressure\n",
-            // The last time.
-            "picture   theta_2013-10-27_00.00.00_000002.png (96 x 72)",
-            "time 2 (2013-10-27_00:00:00)",
-        ],
-    );
+    let folder = Folder::of(&Made::history());
+    let text = folder.render_alone(&[]);
+    let parts = [
+        "scene     suggested for theta, the first field with layers; --field also takes w, vorticity, rho, surface_pressure\n",
+        // The last time.
+        "picture   theta_2013-10-27_00.00.00_000002.png (96 x 72)",
+        "time 2 (2013-10-27_00:00:00)",
+    ];
+    has(&text, &parts);
     shows_something(&folder.at("theta_2013-10-27_00.00.00_000002.png"), 96, 72);
-    let text = render(&folder, &["--field", "vorticity", "--time", "0"]);
-    has(
-        &text,
-        &["scene     suggested for vorticity\n", "picture   vorticity_2013-10-25_00.00.00_000000.png", "time 0"],
-    );
+    let text = folder.render_alone(&["--field", "vorticity", "--time", "0"]);
+    let parts = ["scene     suggested for vorticity\n", "picture   vorticity_2013-10-25_00.00.00_000000.png", "time 0"];
+    has(&text, &parts);
 }
 
 #[test]
 fn the_saved_scene_draws_the_same_picture() {
-    let folder = lone();
+    let folder = Folder::of(&Made::history());
     for more in [
         &[][..],
         &["--field", "w", "--time", "1", "--lon", "-120.5", "--lat", "-30", "--distance", "3.25"],
@@ -48,7 +35,7 @@ fn the_saved_scene_draws_the_same_picture() {
     ] {
         for (first, second) in [("a.png", "b.png"), ("a.exr", "b.exr")] {
             let to = |name: &'static str| if more.contains(&"all") { "pictures" } else { name };
-            let text = render(&folder, &[more, &["--save-scene", "my scene.toml", "-o", to(first)]].concat());
+            let text = folder.render_alone(&[more, &["--save-scene", "my scene.toml", "-o", to(first)]].concat());
             has(&text, &["; saved as my scene.toml\n"]);
             let pictures = |name: &str| match more.contains(&"all") {
                 true => [0, 1, 2]
@@ -62,8 +49,7 @@ fn the_saved_scene_draws_the_same_picture() {
             let command = saved.lines().next().unwrap().strip_prefix("# icoray render made.nc ").unwrap();
             let command = command.replace("'my scene.toml'", "my_scene");
             let words = command.split(' ').map(|word| if word == "my_scene" { "my scene.toml" } else { word });
-            let mut again = icoray(folder.path());
-            prints(again.args(["render", "made.nc", "-o", to(second)]).args(words));
+            folder.prints(["render", "made.nc", "-o", to(second)].into_iter().chain(words));
             assert!(drawn == pictures(second), "{more:?}: {second} differs");
         }
     }
@@ -71,8 +57,8 @@ fn the_saved_scene_draws_the_same_picture() {
 
 #[test]
 fn a_saved_scene_draws_the_last_time_as_the_suggestion_does() {
-    let folder = lone();
-    render(&folder, &["--save-scene", "s.toml", "-o", "a.png"]);
+    let folder = Folder::of(&Made::history());
+    folder.render_alone(&["--save-scene", "s.toml", "-o", "a.png"]);
     folder.prints(["render", "made.nc", "--scene", "s.toml", "-o", "b.png"]);
     let [drawn, again] = ["a.png", "b.png"].map(|name| folder.bytes(name));
     assert!(drawn == again, "the pictures differ");
@@ -81,15 +67,23 @@ fn a_saved_scene_draws_the_last_time_as_the_suggestion_does() {
 
 #[test]
 fn a_scene_that_names_a_field_alone_is_the_suggestion() {
-    let folder = lone();
+    let folder = Folder::of(&Made::history());
     let draw = |scene: &str, more: &[&str]| {
         folder.write("own.toml", scene);
-        let draw = ["render", "made.nc", "--scene", "own.toml", "-o", "own.exr"];
-        prints(icoray(folder.path()).args(draw).args(more));
+        folder.prints([&["render", "made.nc", "--scene", "own.toml", "-o", "own.exr"], more].concat());
         folder.bytes("own.exr")
     };
     for field in ["w", "vorticity", "surface_pressure"] {
-        render(&folder, &["--field", field, "-o", "a.exr", "--save-scene", "saved.toml", "--existing", "overwrite"]);
+        folder.render_alone(&[
+            "--field",
+            field,
+            "-o",
+            "a.exr",
+            "--save-scene",
+            "saved.toml",
+            "--existing",
+            "overwrite",
+        ]);
         let suggested = folder.bytes("a.exr");
         let image = "image = { width = 96, height = 72 }";
         assert!(draw(&format!("field = '{field}'\n{image}"), &[]) == suggested, "{field}");
@@ -121,7 +115,7 @@ fn a_scene_that_names_a_field_alone_is_the_suggestion() {
 
 #[test]
 fn a_scene_that_states_a_part_of_a_look_gets_the_rest_of_the_suggestion() {
-    let folder = lone();
+    let folder = Folder::of(&Made::history());
     let draw = |scene: &str, to: &str| {
         folder.write("own.toml", format!("{scene}\n[image]\nwidth = 96\nheight = 72\n"));
         folder.prints(["render", "made.nc", "--scene", "own.toml", "-o", to, "--existing", "overwrite"]);
@@ -134,12 +128,12 @@ fn a_scene_that_states_a_part_of_a_look_gets_the_rest_of_the_suggestion() {
         ("theta", "[[isosurfaces]]\nvalue = 2020", &["--isosurface", "2020"]),
         ("vorticity", "[[surfaces]]\nlayer = \"top\"", &["--surface", "top"]),
     ] {
-        render(&folder, &[&["--field", field, "-o", "a.png", "--existing", "overwrite"], options].concat());
+        folder.render_alone(&[&["--field", field, "-o", "a.png", "--existing", "overwrite"], options].concat());
         let own = draw(&format!("field = \"{field}\"\n{scene}"), "b.png");
         assert!(own == folder.bytes("a.png"), "{field}: {scene}");
     }
     // Lines of its own are in place of coasts and graticule.
-    render(&folder, &["--field", "w", "--save-scene", "saved.toml", "-o", "a.png", "--existing", "overwrite"]);
+    folder.render_alone(&["--field", "w", "--save-scene", "saved.toml", "-o", "a.png", "--existing", "overwrite"]);
     let saved = folder.text("saved.toml");
     let [before, after] = ["[[lines]]", "[labels]"].map(|section| saved.find(section).unwrap());
     folder.write("saved.toml", format!("{}{lines}{}", &saved[..before], &saved[after..]));
@@ -161,7 +155,7 @@ fn options_change_the_looks_of_a_scene() {
     let edited = edited.replace("distance = 3", "distance = 4").replace("exaggeration = 50", "exaggeration = 20");
     folder.write("edited.toml", edited);
     let draw = |scene: &str, more: &[&str], to: &str| {
-        prints(icoray(folder.path()).args(["render", "made.nc", "--scene", scene, "-o", to]).args(more));
+        folder.prints([&["render", "made.nc", "--scene", scene, "-o", to], more].concat());
         folder.bytes(to)
     };
     let options = ["--lon", "-35", "--lat", "10", "--distance", "4", "--exaggeration", "20"];
@@ -193,8 +187,8 @@ fn options_change_the_looks_of_a_scene() {
 
 #[test]
 fn an_isosurface_is_saved_and_one_off_the_values_is_reported() {
-    let folder = lone();
-    let said = |options: &[&str]| render(&folder, &[&["--field", "theta", "-o", "a.exr"], options].concat());
+    let folder = Folder::of(&Made::history());
+    let said = |options: &[&str]| folder.render_alone(&[&["--field", "theta", "-o", "a.exr"], options].concat());
     let text = said(&["--isosurface", "2020", "--background", "white", "--light", "10,20", "--save-scene", "iso.toml"]);
     assert!(!text.contains("theta is "), "{text}");
     let saved = ["render", "made.nc", "--scene", "iso.toml", "-o", "b.exr"];
@@ -210,9 +204,9 @@ fn an_isosurface_is_saved_and_one_off_the_values_is_reported() {
 
 #[test]
 fn errors_of_bad_values_state_the_expected_ones() {
-    let folder = lone();
+    let folder = Folder::of(&Made::history());
     let refused = |more: &[&str], code: i32, parts: &[&str]| {
-        fails(icoray(folder.path()).args(["render", "made.nc"]).args(more), code, parts);
+        folder.fails([&["render", "made.nc"], more].concat(), code, parts);
         assert_eq!(folder.count(), 1, "{more:?} left a file");
     };
     refused(&["--lat", "95"], 2, &["--lat", "95", "expected a number from -90 to 90"]);
@@ -246,11 +240,10 @@ fn scenes_whose_camera_moves_are_not_aimed() {
 
 #[test]
 fn saved_scenes_are_kept_where_files_are_to_stay() {
-    let folder = lone();
+    let folder = Folder::of(&Made::history());
     folder.write("mine.toml", "mine");
-    let mut command = icoray(folder.path());
-    command.args(["render", "made.nc", "--save-scene", "mine.toml", "--existing", "never-modify"]);
-    fails(&mut command, 1, &["--save-scene", "mine.toml", "is there already"]);
+    let words = ["render", "made.nc", "--save-scene", "mine.toml", "--existing", "never-modify"];
+    folder.fails(words, 1, &["--save-scene", "mine.toml", "is there already"]);
     assert_eq!(folder.text("mine.toml"), "mine");
 }
 
@@ -273,7 +266,7 @@ fn a_field_without_values_is_an_error_and_a_constant_one_is_drawn() {
     made.f64s("w").fill(0.0);
     let folder = Folder::of(&made);
     folder.fails(["render", "made.nc"], 1, &["theta: all values are missing"]);
-    has(&render(&folder, &["--field", "w"]), &["picture   w_2013-10-27_00.00.00_000002.png"]);
+    has(&folder.render_alone(&["--field", "w"]), &["picture   w_2013-10-27_00.00.00_000002.png"]);
 }
 
 #[test]
@@ -285,28 +278,24 @@ fn plan_takes_the_options_of_render() {
     let without = format!("{all} --field w --colormap vik --range 0..2000 --surface top");
     for words in [&with_scene, &without] {
         let words: Vec<&str> = words.split_whitespace().collect();
-        let text = prints(icoray(folder.path()).arg("plan").arg("made.nc").args(&words));
+        let text = folder.prints([&["plan", "made.nc"], &words[..]].concat());
         has(&text, &["read: ", "left out: ", "picture: out.png (64 x 48), time 1\n"]);
         assert_eq!(folder.count(), 2, "plan draws nothing");
-        prints(icoray(folder.path()).arg("render").arg("made.nc").args(&words));
+        folder.prints([&["render", "made.nc"], &words[..]].concat());
         fs::remove_file(folder.at("out.png")).unwrap();
         fs::remove_file(folder.at("map.png")).unwrap();
     }
-    let mut plan = icoray(folder.path());
-    let text = prints(plan.args(["plan", "made.nc", "--save-scene", "saved.toml"]));
-    has(
-        &text,
-        &["scene     suggested for theta", "saved as saved.toml", "picture: theta_2013-10-27_00.00.00_000002.png"],
-    );
+    let text = folder.prints(["plan", "made.nc", "--save-scene", "saved.toml"]);
+    let parts =
+        ["scene     suggested for theta", "saved as saved.toml", "picture: theta_2013-10-27_00.00.00_000002.png"];
+    has(&text, &parts);
     assert!(folder.at("saved.toml").exists());
 }
 
 #[test]
 fn studies_are_elsewhere() {
-    let folder = lone();
-    let mut command = icoray(folder.path());
     let hint = "icoray: the studies are a program of their own: icoray-study speed --quick\n";
-    fails(command.args(["study", "speed", "--quick"]), 2, &[hint]);
+    Folder::new().fails(["study", "speed", "--quick"], 2, &[hint]);
 }
 
 #[test]
@@ -317,12 +306,11 @@ fn real_files_are_drawn_without_a_scene() {
     {
         let Some(file) = data(name) else { continue };
         for (i, field) in fields.iter().enumerate() {
-            let mut render = icoray(folder.path());
-            render.arg("render").arg(&file).args(["--size", "120x90", "-o", "out.png"]);
+            let mut words = vec!["render", &file, "--size", "120x90", "-o", "out.png"];
             if i > 0 {
-                render.args(["--field", field]);
+                words.extend(["--field", field]);
             }
-            has(&prints(&mut render), &[&format!("suggested for {field}")]);
+            has(&folder.prints(words), &[&format!("suggested for {field}")]);
             shows_something(&folder.at("out.png"), 120, 90);
             says(&folder.at("out.png"), &[("field", field)]);
         }
@@ -333,6 +321,6 @@ fn real_files_are_drawn_without_a_scene() {
         ("spherical_grid_500km_landculled.nc", "icoray render HISTORY.nc --mesh"),
     ] {
         let Some(file) = data(name) else { continue };
-        fails(icoray(folder.path()).arg("render").arg(&file), 1, &[name, part]);
+        folder.fails(["render", &file], 1, &[name, part]);
     }
 }

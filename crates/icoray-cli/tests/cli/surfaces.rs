@@ -17,28 +17,22 @@ fn without(made: &mut Made, names: &[&str]) {
     made.variables.retain(|variable| !names.contains(&variable.name));
 }
 
-fn plain(folder: &Folder, more: &[&str]) -> String {
-    folder.prints([&["render", "made.nc", "--size", "96x72"], more].concat())
-}
-
 #[test]
 fn a_file_of_2d_fields_is_drawn_alone() {
     let folder = Folder::of(&flat());
-    let text = plain(&folder, &["--save-scene", "s.toml"]);
-    has(
-        &text,
-        &[
-            "scene     suggested for surface_pressure, the first 2D field, as none has layers; saved as s.toml\n",
-            "picture   surface_pressure_2013-10-27_00.00.00_000002.png (96 x 72)",
-            "field     surface_pressure at cells, 2D, time 2",
-            "range     2000 to 2041, 0 missing",
-        ],
-    );
+    let text = folder.render_alone(&["--save-scene", "s.toml"]);
+    let parts = [
+        "scene     suggested for surface_pressure, the first 2D field, as none has layers; saved as s.toml\n",
+        "picture   surface_pressure_2013-10-27_00.00.00_000002.png (96 x 72)",
+        "field     surface_pressure at cells, 2D, time 2",
+        "range     2000 to 2041, 0 missing",
+    ];
+    has(&text, &parts);
     let picture = folder.at("surface_pressure_2013-10-27_00.00.00_000002.png");
     shows_something(&picture, 96, 72);
     says(&picture, &[("field", "surface_pressure")]);
     let drawn = fs::read(&picture).unwrap();
-    plain(&folder, &["--scene", "s.toml", "--time", "2"]);
+    folder.render_alone(&["--scene", "s.toml", "--time", "2"]);
     assert!(fs::read(&picture).unwrap() == drawn, "the saved scene draws another picture");
     let text = folder.prints(["info", "made.nc", "--ranges"]);
     has(&text, &["layers     1: a 2D field, shown as a surface on the sphere", "2000 to 2041"]);
@@ -58,7 +52,7 @@ fn a_surface_has_the_colour_of_its_value() {
     // All values are below the range or above it: the first or the last colour, unshaded and opaque.
     for (range, color) in [("5000..6000", [0.058, 0.0, 0.089]), ("0..100", [0.982, 0.799, 0.018])] {
         let options = ["--colormap", "viridis", "--range", range, "--lon", "7", "--lat", "11", "-o", "a.exr"];
-        plain(&folder, &options);
+        folder.render_alone(&options);
         let [r, g, b, alpha] = middle(&folder.at("a.exr"));
         let is_near = [r, g, b].iter().zip(color).all(|(a, b)| (a - b).abs() < 0.01);
         assert!(is_near && alpha == 1.0, "{range}: {:?}", [r, g, b, alpha]);
@@ -68,12 +62,10 @@ fn a_surface_has_the_colour_of_its_value() {
 #[test]
 fn a_2d_field_is_chosen_by_name_and_has_no_layers_to_choose() {
     let folder = Folder::of(&Made::history());
-    let text = plain(&folder, &["--field", "surface_pressure", "--surface", "top", "--time", "0"]);
+    let text = folder.render_alone(&["--field", "surface_pressure", "--surface", "top", "--time", "0"]);
     has(&text, &["suggested for surface_pressure\n", "surface_pressure at cells, 2D, time 0"]);
-    has(
-        &folder.prints(["plan", "made.nc", "--field", "surface_pressure"]),
-        &["read: surface_pressure at cells, 1 layers (168 bytes each time)"],
-    );
+    let parts = ["read: surface_pressure at cells, 1 layers (168 bytes each time)"];
+    has(&folder.prints(["plan", "made.nc", "--field", "surface_pressure"]), &parts);
     for (option, value, part) in [
         ("--surface", "1", "surface 1: surface_pressure is a 2D field, expected 0"),
         ("--layers", "0..2", "layers 0..2: surface_pressure is a 2D field, expected a field with layers"),
@@ -110,11 +102,8 @@ fn scenes_with_few_keys_show_the_first_field() {
     let folder = folder(&Made::history(), "image = { width = 96, height = 72 }\n");
     has(&folder.render(&[]), &["picture   theta_000002.png (96 x 72)", "theta at cells, 4 layers"]);
     shows_something(&folder.at("theta_000002.png"), 96, 72);
-    fs::write(
-        folder.at("scene.toml"),
-        "image.width = 96\n[[views]]\nname = \"a\"\n[[views]]\nname = \"b\"\nfield = \"w\"\n",
-    )
-    .unwrap();
+    let views = "image.width = 96\n[[views]]\nname = \"a\"\n[[views]]\nname = \"b\"\nfield = \"w\"\n";
+    folder.write("scene.toml", views);
     has(&folder.render(&["-o", "."]), &["picture   ./a_theta_000002.png", "picture   ./b_w_000002.png"]);
 }
 
@@ -158,9 +147,7 @@ fn meshes_are_completed_and_hexagons_with_bounds_drawn() {
     let apart = difference(&whole.at("out.png"), &part.at("out.png"));
     assert!(apart.max <= 1, "{apart:?}");
     let folder = Folder::of_netcdf4(&Made::dynamico(crate::made_icon::Angles::Degrees));
-    has(&plain(&folder, &[]), &["suggested for ta", "--field also takes ps"]);
-    has(
-        &folder.prints(["info", "made.nc"]),
-        &["mesh       polygons: 162 cells, 320 corners, 480 edges", "passes the check"],
-    );
+    has(&folder.render_alone(&[]), &["suggested for ta", "--field also takes ps"]);
+    let parts = ["mesh       polygons: 162 cells, 320 corners, 480 edges", "passes the check"];
+    has(&folder.prints(["info", "made.nc"]), &parts);
 }

@@ -1,21 +1,16 @@
 //! `icoray view`: requests of its page, and of hostile clients.
 
 use crate::made::Made;
-use crate::run::{Folder, fails, icoray, scene};
+use crate::run::{Folder, scene};
 use crate::viewer::{Json, Viewer};
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 
-/// A folder with `made.nc`.
-fn folder() -> Folder {
-    Folder::of(&Made::history())
-}
-
 #[test]
 fn the_shown_picture_is_that_of_the_saved_scene() {
-    let folder = folder();
+    let folder = Folder::of(&Made::history());
     let viewer = folder.view(&[]);
     let change = r#"{"changes":[{"path":["camera","lon"],"value":30},{"path":["transfer","map"],"value":"plasma"}],
                      "time":1,"size":[120,90]}"#;
@@ -44,7 +39,7 @@ fn the_shown_picture_is_that_of_the_saved_scene() {
 
 #[test]
 fn changes_are_taken_whole_and_undone() {
-    let folder = folder();
+    let folder = Folder::of(&Made::history());
     folder.write("s.toml", scene("theta", 0.0, 42.0));
     let viewer = folder.view(&["--scene", "s.toml"]);
     let text = || viewer.get("/api/scene").json()["text"].as_str().unwrap().to_owned();
@@ -81,7 +76,7 @@ fn changes_are_taken_whole_and_undone() {
 
 #[test]
 fn another_field_is_shown_in_its_own_look() {
-    let folder = folder();
+    let folder = Folder::of(&Made::history());
     let start = |field: &str| folder.view(&["--field", field]);
     let sized = |viewer: &Viewer, size: &str| {
         viewer.post("/api/change", &format!(r#"{{"size":{size}}}"#)).json()["revision"].as_u64().unwrap()
@@ -121,7 +116,7 @@ fn another_field_is_shown_in_its_own_look() {
 
 #[test]
 fn questions_about_the_data_are_answered() {
-    let folder = folder();
+    let folder = Folder::of(&Made::history());
     folder.write("s.toml", scene("theta", 0.0, 42.0));
     let viewer = folder.view(&["--scene", "s.toml"]);
     let described = viewer.get("/api/describe").json();
@@ -158,7 +153,7 @@ fn questions_about_the_data_are_answered() {
 
 #[test]
 fn hostile_clients_are_refused_without_harm_to_others() {
-    let folder = folder();
+    let folder = Folder::of(&Made::history());
     let viewer = folder.view(&[]);
     let page = viewer.page.with_token("").ask("GET /", "").unwrap();
     assert!(page.status == 200 && page.head.contains("content-security-policy: default-src 'none'"), "{}", page.head);
@@ -173,14 +168,16 @@ fn hostile_clients_are_refused_without_harm_to_others() {
         assert_eq!(viewer.get(path).status, status, "{path}");
     }
     assert_eq!(viewer.post("/api/load", &"#".repeat(2 << 20)).status, 413);
-    for host in ["evil.example", "127.0.0.1.evil.example"] {
+    let begun = |request: &str, host: &str| {
         let mut stream = viewer.page.connect().unwrap();
         let token = &viewer.page.token;
-        write!(
-            stream,
-            "GET /api/scene HTTP/1.1\r\nHost: {host}\r\nAuthorization: Bearer {token}\r\nConnection: close\r\n\r\n"
-        )
-        .unwrap();
+        let head = format!("GET {request} HTTP/1.1\r\nHost: {host}\r\nAuthorization: Bearer {token}\r\n");
+        stream.write_all(head.as_bytes()).unwrap();
+        stream
+    };
+    for host in ["evil.example", "127.0.0.1.evil.example"] {
+        let mut stream = begun("/api/scene", host);
+        stream.write_all(b"Connection: close\r\n\r\n").unwrap();
         let mut answer = String::new();
         stream.read_to_string(&mut answer).unwrap();
         assert!(answer.starts_with("HTTP/1.1 403"), "{answer}");
@@ -188,11 +185,7 @@ fn hostile_clients_are_refused_without_harm_to_others() {
     // Some that stall, with half of a request or without reading, and many that come, send garbage and go.
     let stalled: Vec<TcpStream> = (0..20)
         .map(|k| {
-            let mut stream = viewer.page.connect().unwrap();
-            let token = &viewer.page.token;
-            let half =
-                format!("GET /api/frame?after=0 HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer {token}\r\n");
-            stream.write_all(half.as_bytes()).unwrap();
+            let mut stream = begun("/api/frame?after=0", "localhost");
             if k % 2 == 0 {
                 stream.write_all(b"\r\n").unwrap();
             }
@@ -211,7 +204,7 @@ fn hostile_clients_are_refused_without_harm_to_others() {
 
 #[test]
 fn a_taken_port_is_another_port() {
-    let folder = folder();
+    let folder = Folder::of(&Made::history());
     let first = folder.view(&[]);
     let port = first.page.host.rsplit_once(':').unwrap().1;
     let second = folder.view(&["--port", port]);
@@ -222,11 +215,10 @@ fn a_taken_port_is_another_port() {
 
 #[test]
 fn options_that_a_page_would_not_show_are_refused() {
-    let folder = folder();
+    let folder = Folder::of(&Made::history());
     folder.write("scene.toml", scene("theta", 0.0, 2042.0));
     for [option, value] in [["--lon", "3"], ["--backend", "cpu"]] {
-        let mut command = icoray(folder.path());
-        command.args(["view", "made.nc", "--scene", "scene.toml", option, value]);
-        fails(&mut command, 1, &[option, "expected no such option beside --scene"]);
+        let words = ["view", "made.nc", "--scene", "scene.toml", option, value];
+        folder.fails(words, 1, &[option, "expected no such option beside --scene"]);
     }
 }

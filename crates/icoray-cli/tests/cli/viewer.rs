@@ -12,7 +12,6 @@ pub struct Viewer {
     pub page: PageClient,
 }
 
-/// The content of an answer.
 pub trait Json {
     fn json(&self) -> Value;
 }

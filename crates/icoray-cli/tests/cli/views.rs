@@ -162,8 +162,12 @@ fn pictures_become_an_animation() {
     let folder = folder(&Made::history(), &orbit);
     folder.render(&["--time", "all", "-o", ".", "--size", "40x30"]);
     let names = pictures(folder.path());
-    let mut animate = icoray(folder.path());
-    let text = prints(animate.arg("animate").args(&names).args(["-o", "film.png", "--fps", "5"]));
+    let animate = |more: &[&'static str]| {
+        let mut command = icoray(folder.path());
+        command.arg("animate").args(&names).args(more);
+        command
+    };
+    let text = prints(&mut animate(&["-o", "film.png", "--fps", "5"]));
     let film = folder.at("film.png");
     let bytes = film.metadata().unwrap().len();
     assert_eq!(text, format!("animation film.png (40 x 30, 3 pictures, 5 per second, {bytes} bytes)\n"));
@@ -171,13 +175,10 @@ fn pictures_become_an_animation() {
     assert_eq!(reader.info().animation_control.unwrap().num_frames, 3);
     shows_something(&film, 40, 30);
     folder.render(&["-o", "large.png"]);
-    let mut animate = icoray(folder.path());
-    animate.arg("animate").args(&names).args(["large.png", "-o", "film2.png"]);
     let sizes = "large.png: is 96 x 96 pixels, expected all pictures to be as large as theta_000000.png, 40 x 30";
-    fails(&mut animate, 1, &[sizes]);
-    let mut again = icoray(folder.path());
-    again.arg("animate").args(&names).args(["-o", "film.png", "--existing", "never-modify"]);
-    fails(&mut again, 1, &["film.png", "is there already"]);
+    fails(&mut animate(&["large.png", "-o", "film2.png"]), 1, &[sizes]);
+    let again = ["-o", "film.png", "--existing", "never-modify"];
+    fails(&mut animate(&again), 1, &["film.png", "is there already"]);
 }
 
 #[test]
@@ -198,9 +199,7 @@ at_steps = [1]
 sweep = { lat = [-60, 0, 60], lon = [0, 180] }
 "#;
     folder.write("scene.toml", scene("theta", 250.0, 400.0) + views);
-    let mut render = icoray(folder.path());
-    render.arg("render").arg(&file).args(["--scene", "scene.toml", "--time", "all", "--size", "64x64"]);
-    let text = prints(&mut render);
+    let text = folder.prints(["render", &file, "--scene", "scene.toml", "--time", "all", "--size", "64x64"]);
     let rows = |view: &str| folder.text(&format!("{view}.cdb/data.csv"));
     let around = rows("around");
     assert_eq!(around.lines().count(), 7, "{around}");

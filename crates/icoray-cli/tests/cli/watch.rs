@@ -95,7 +95,6 @@ impl Watcher {
         self.out.join(picture).exists()
     }
 
-    /// How many pictures were drawn.
     fn drawn(&self) -> usize {
         self.text().lines().filter(|line| line.starts_with("picture ")).count()
     }
@@ -287,10 +286,8 @@ fn fields_of_several_files_are_joined_by_their_dates() {
     };
     without("surface_pressure", 0..3).write_to(&folder.at("run/history.nc"), Options::_64BIT_OFFSET);
     let text = once(&folder, &[]);
-    has(
-        &text,
-        &["waits     2013-10-25_00:00:00: surface_pressure is in none of the files that have it: run/history.nc"],
-    );
+    let waits = "2013-10-25_00:00:00: surface_pressure is in none of the files that have it: run/history.nc";
+    has(&text, &[&format!("waits     {waits}")]);
     assert!(!folder.at("out/2013-10-25.png").exists());
     // The other stream has fewer times, no mesh, and is of another format.
     let mut other = without("theta", 1..3);

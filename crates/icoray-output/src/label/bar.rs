@@ -6,9 +6,9 @@
 //! which the field has values has an arrow.
 
 use super::block::Block;
+use super::canvas::srgb_byte;
 use super::font::{Mask, Size};
 use super::ticks::{Ticks, ticks};
-use crate::srgb::srgb_byte;
 use icoray_scene::painting::{OpacityOf, Painting};
 use icoray_scene::{Scale, Scene, TransferFunction};
 use std::array;

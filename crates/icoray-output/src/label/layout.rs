@@ -2,11 +2,10 @@
 
 use super::bar::{Bar, Sizes};
 use super::block::Block;
-use super::canvas::{Canvas, Rect};
+use super::canvas::{Canvas, Rect, srgb_byte};
 use super::font::Size;
 use super::words::{self, Key};
 use crate::frame::{Frame, Legend};
-use crate::srgb::srgb_byte;
 use glam::DVec3;
 use icoray_scene::{LabelPlace, Scale, TransferFunction};
 

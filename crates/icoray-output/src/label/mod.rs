@@ -13,7 +13,7 @@ mod ticks;
 mod units;
 mod words;
 
-pub(crate) use canvas::Canvas;
+pub(crate) use canvas::{Canvas, srgb_byte};
 pub use font::Mask;
 pub(crate) use layout::{draw, draw_bar};
 pub(crate) use maps::maps;

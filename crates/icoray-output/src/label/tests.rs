@@ -47,7 +47,12 @@ fn drawn(scene: &Scene) -> Canvas {
 }
 
 fn labelled(frame: &Frame) -> Canvas {
-    let rgba = frame.pixels.iter().flat_map(|_| [0, 0, 0, 255]).collect();
+    labelled_on(0, frame)
+}
+
+/// The labels of a frame on a grey.
+fn labelled_on(grey: u8, frame: &Frame) -> Canvas {
+    let rgba = frame.pixels.iter().flat_map(|_| [grey, grey, grey, 255]).collect();
     let mut canvas = Canvas { width: frame.width, height: frame.height, rgba };
     if let Some(legend) = &frame.legend {
         draw(&mut canvas, frame, legend);
@@ -79,16 +84,16 @@ fn is_colored([r, g, b]: [u8; 3]) -> bool {
     r.abs_diff(g).max(g.abs_diff(b)) > 40
 }
 
-/// Places of the ticks in a column or row of pixels that only ticks cross: the middles of runs of ink.
-fn runs(pixels: impl Iterator<Item = [u8; 3]>) -> Vec<i64> {
-    let mut runs: Vec<Vec<i64>> = Vec::new();
-    for (at, _) in (0..).zip(pixels).filter(|(_, pixel)| is_ink(*pixel)) {
-        match runs.last_mut() {
-            Some(run) if run[run.len() - 1] + 1 == at => run.push(at),
-            _ => runs.push(vec![at]),
+/// Runs of `true`: where each begins and ends.
+fn spans(is: impl Iterator<Item = bool>) -> Vec<[i64; 2]> {
+    let mut spans: Vec<[i64; 2]> = Vec::new();
+    for at in (0..).zip(is).filter_map(|(at, is)| is.then_some(at)) {
+        match spans.last_mut() {
+            Some(span) if span[1] + 1 == at => span[1] = at,
+            _ => spans.push([at, at]),
         }
     }
-    runs.iter().map(|run| run[run.len() / 2]).collect()
+    spans
 }
 
 /// The bar's outline in a lying bar: its first and last column, and the rows of its upper and lower line.
@@ -108,8 +113,9 @@ fn ticks_stand_at_their_values_at_every_size() {
         let line = (f64::from(width.min(height)) / 36.0 * 0.07).round().max(1.0) as i64;
         let length = right - left + 1 - 2 * line;
         assert_eq!(length, (0.6 * f64::from(width)) as i64);
-        let below = (0..i64::from(width)).map(|x| pixel(&canvas, x, bottom + 2));
-        let ticks = runs(below);
+        // Only ticks cross this row.
+        let below = spans((0..i64::from(width)).map(|x| is_ink(pixel(&canvas, x, bottom + 2))));
+        let ticks: Vec<i64> = below.iter().map(|[from, to]| (from + to + 1) / 2).collect();
         // 0, 2, ..., 10 of 0 to 10.
         let expected: Vec<i64> = (0..=5).map(|i| left + line + (i * length / 5).min(length - 1)).collect();
         assert_eq!(ticks.len(), expected.len(), "{width}: {ticks:?}");
@@ -131,7 +137,7 @@ fn the_bars_colours_are_the_transfer_functions() {
     let length = right - left - 1;
     for at in [0, 17, length / 2, length - 1] {
         let (color, _) = map.at(10.0 * (at as f64 + 0.5) / length as f64);
-        let expected = color.map(|c| crate::srgb::srgb_byte(c as f32));
+        let expected = color.map(|c| srgb_byte(c as f32));
         assert_eq!(pixel(&canvas, left + 1 + at, top + 1), expected);
         // Beside the ticks it is half as opaque, over grey.
         let beside = pixel(&canvas, left + 1 + at, bottom - 1);
@@ -148,7 +154,7 @@ fn arrows_stand_at_the_ends_that_have_values_beyond_them() {
         let canvas = labelled(&frame);
         let [left, right, top, bottom] = outline(&canvas);
         for (x, end, has_arrow) in [(left - 2, 0.0, beyond[0]), (right + 2, 10.0, beyond[1])] {
-            let color = scene.volumes[0].transfer.at(end).0.map(|c| crate::srgb::srgb_byte(c as f32));
+            let color = scene.volumes[0].transfer.at(end).0.map(|c| srgb_byte(c as f32));
             assert_eq!(pixel(&canvas, x, (top + bottom) / 2) == color, has_arrow, "{values:?}");
         }
     }
@@ -203,11 +209,7 @@ fn a_bar_by_itself_stays_off_the_planet_where_there_is_room() {
 
 #[test]
 fn labels_over_the_planet_have_a_panel_behind_them() {
-    let scene = scene(300, 300, 1.5, "place = \"right\"");
-    let frame = frame(&scene);
-    let white = Canvas { width: 300, height: 300, rgba: vec![255; 4 * 300 * 300] };
-    let mut canvas = white.clone();
-    draw(&mut canvas, &frame, frame.legend.as_ref().unwrap());
+    let canvas = labelled_on(255, &frame(&scene(300, 300, 1.5, "place = \"right\"")));
     // 80 % of black over white, in bytes.
     let panel = count(&canvas, [0.0, 1.0], [0.0, 1.0], |pixel| pixel == [51; 3]);
     assert!(panel > 4000, "{panel}");
@@ -218,12 +220,8 @@ fn labels_that_only_come_near_the_planet_have_no_panel() {
     let picture = |distance: f64| {
         // Only the upper line reaches the planet's columns.
         let title = "title = \"a long line of words\\nshort\"";
-        let scene = scene(300, 300, distance, &format!("bar = false\nscale = false\n{title}"));
-        let frame = frame(&scene);
-        let mut canvas = Canvas { width: 300, height: 300, rgba: vec![255; 4 * 300 * 300] };
-        let legend = frame.legend.as_ref().unwrap();
-        draw(&mut canvas, &frame, legend);
-        (canvas, legend.outer)
+        let frame = frame(&scene(300, 300, distance, &format!("bar = false\nscale = false\n{title}")));
+        (labelled_on(255, &frame), frame.legend.unwrap().outer)
     };
     // The planet grows towards the title until a panel is there.
     let distances = (0..200).map(|i| 6.0 - 0.02 * f64::from(i));

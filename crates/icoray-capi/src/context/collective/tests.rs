@@ -1,11 +1,10 @@
 //! Two ranks, which are threads of this process, and failures on one of them.
 
 use super::*;
-use crate::boundary::tests::config;
+use crate::boundary::tests::{config, loud, message};
 use crate::frames::{icoray_execute, icoray_wait, icoray_wants};
 use crate::handle::{icoray_ctx, with};
 use crate::inputs::{icoray_layers_set, icoray_scene_load, icoray_scene_text};
-use crate::open::icoray_last_error;
 use crate::types::{ICORAY_LOG_WARN, icoray_config, icoray_log_fn};
 use icoray_core::ranks::on_local_nodes;
 use icoray_status::*;
@@ -57,17 +56,13 @@ impl Model {
     }
 
     fn message(&self) -> String {
-        let mut buf = [0; 256];
-        // SAFETY: an open context and a buffer of the length given.
-        unsafe { icoray_last_error(&raw const *self.ctx, buf.as_mut_ptr(), buf.len()) };
-        // SAFETY: icoray_last_error ends it with NUL.
-        unsafe { CStr::from_ptr(buf.as_ptr()) }.to_str().unwrap().to_owned()
+        message(&raw const *self.ctx)
     }
 }
 
 /// What two ranks make of a model.
 fn on_two<R: Send>(log: icoray_log_fn, model: impl Fn(&Model) -> R + Sync) -> [R; 2] {
-    crate::boundary::tests::loud();
+    loud();
     let each = on_local_nodes(&[0; 2], |team| {
         let config = icoray_config { log, log_level: ICORAY_LOG_WARN, ..config() };
         let ranks = Ranks::new(Box::new(team));

@@ -25,7 +25,6 @@ const ADDRESS: &str = "live.url";
 /// Note of pictures whose scene a viewer has set: its revision.
 const NOTE: &str = "live scene";
 
-/// An open page.
 pub(super) struct Page {
     view: Arc<LiveView>,
     address: PathBuf,

@@ -57,7 +57,6 @@ impl Made {
         }
     }
 
-    /// Writes the next record.
     pub fn put_record(&self, file: &mut FileMut, record: usize) {
         for variable in self.variables.iter().filter(|variable| variable.dimensions[0] == "Time") {
             let values = part(&variable.values, &(record..record + 1));

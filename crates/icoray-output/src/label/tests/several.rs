@@ -19,11 +19,7 @@ fn drawn(width: u32, height: u32, labels: &str, more: &str) -> Canvas {
 }
 
 fn picture(scene: &Scene) -> Canvas {
-    let frame = described_frame(scene);
-    let rgba = frame.pixels.iter().flat_map(|_| [0, 0, 0, 255]).collect();
-    let mut canvas = Canvas { width: frame.width, height: frame.height, rgba };
-    draw(&mut canvas, &frame, frame.legend.as_ref().unwrap());
-    canvas
+    labelled(&described_frame(scene))
 }
 
 /// The scene with its opacity determined by field `w`.
@@ -42,16 +38,9 @@ fn described_frame(scene: &Scene) -> Frame {
     frame
 }
 
-/// Runs of `true` that are longer than one: where each begins and ends.
-fn spans(is: impl Iterator<Item = bool>) -> Vec<[i64; 2]> {
-    let mut spans: Vec<[i64; 2]> = Vec::new();
-    for at in (0..).zip(is).filter_map(|(at, is)| is.then_some(at)) {
-        match spans.last_mut() {
-            Some(span) if span[1] + 1 == at => span[1] = at,
-            _ => spans.push([at, at]),
-        }
-    }
-    spans.into_iter().filter(|[from, to]| to > from).collect()
+/// [`spans`] that are longer than one.
+fn long_spans(is: impl Iterator<Item = bool>) -> Vec<[i64; 2]> {
+    spans(is).into_iter().filter(|[from, to]| to > from).collect()
 }
 
 /// Rows, or columns, in which something is coloured.
@@ -59,7 +48,7 @@ fn colored(canvas: &Canvas, are_rows: bool) -> Vec<[i64; 2]> {
     let [width, height] = [canvas.width, canvas.height].map(i64::from);
     let [along, across] = if are_rows { [height, width] } else { [width, height] };
     let at = |i: i64, j: i64| if are_rows { pixel(canvas, j, i) } else { pixel(canvas, i, j) };
-    spans((0..along).map(|i| (0..across).any(|j| is_colored(at(i, j)))))
+    long_spans((0..along).map(|i| (0..across).any(|j| is_colored(at(i, j)))))
 }
 
 #[test]
@@ -88,7 +77,7 @@ fn several_bars_leave_room_for_the_title() {
         let canvas = drawn(512, 512, &labels, PAINTED);
         // A margin and three lines of 1.15 em.
         let title = (4.4 * 512.0 / 36.0) as i64;
-        let inked = spans((0..title).map(|y| (60..100).any(|x| is_ink(pixel(&canvas, x, y)))));
+        let inked = long_spans((0..title).map(|y| (60..100).any(|x| is_ink(pixel(&canvas, x, y)))));
         assert!(inked.len() > 1 && colored(&canvas, true)[0][0] > title, "{place}: {inked:?}");
     }
 }
