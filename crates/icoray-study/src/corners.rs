@@ -83,7 +83,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    options.readme.as_ref().map_or(Ok(()), |path| replace_section(path, "corners", &markdown))
+    replace_section(options.readme.as_deref(), "corners", &markdown)
 }
 
 /// The least seconds of both cases, and the median of their ratios.

@@ -17,7 +17,6 @@ use std::sync::Arc;
 use std::time::Instant;
 
 mod benchmark;
-mod cost;
 mod table;
 
 /// Options of the measurement.

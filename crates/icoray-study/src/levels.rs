@@ -72,7 +72,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         }
     }
     bar.finish_and_clear();
-    options.readme.as_ref().map_or(Ok(()), |path| replace_section(path, "levels", &markdown))
+    replace_section(options.readme.as_deref(), "levels", &markdown)
 }
 
 /// The columns from `grid_s` on, of pictures of one field.

@@ -95,11 +95,12 @@ fn begin(study: &str) -> String {
     format!("<!-- icoray-study {study} -->\n")
 }
 
-/// Replaces the text of a file between the lines `<!-- icoray-study NAME -->` and `<!-- end -->`.
+/// Replaces the text of a file, if there is one, between the lines `<!-- icoray-study NAME -->` and `<!-- end -->`.
 ///
 /// # Errors
 /// [`ErrorKind::Io`] where the file cannot be read or written; [`ErrorKind::Argument`] where it lacks the lines.
-pub(crate) fn replace_section(path: &Path, study: &str, text: &str) -> Result<()> {
+pub(crate) fn replace_section(path: Option<&Path>, study: &str, text: &str) -> Result<()> {
+    let Some(path) = path else { return Ok(()) };
     let new = with_section(&read_text(path)?, study, text).ok_or_else(|| {
         let context = format!("{}: expected a line {}and behind it {END}", path.display(), begin(study));
         Error::new(ErrorKind::Argument, context.replace('\n', " "))
@@ -133,7 +134,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("README.md");
         std::fs::write(&path, "nothing").unwrap();
-        let error = replace_section(&path, "speed", "").unwrap_err().to_string();
+        let error = replace_section(Some(&path), "speed", "").unwrap_err().to_string();
         assert!(error.contains("expected a line <!-- icoray-study speed --> and behind it <!-- end -->"), "{error}");
     }
 }

@@ -3,8 +3,7 @@
 //! The study runs itself on a small grid with one frame and with none; the difference is a frame with its preparation.
 //! Valgrind supports AVX2 at most.
 
-use super::case::Setting;
-use super::options::{Light, Options, Size};
+use super::options::{Light, Options, Setting, Size};
 use super::pairs::BareRun;
 use icoray::{Error, ErrorKind, Result};
 use rayon::prelude::*;

@@ -3,9 +3,8 @@
 //! Both programs run beside each other, each with its own grid and field, and render a frame on request. A frame of one
 //! build follows a frame of the other, so that noise of the machine affects both.
 
-use super::case::Setting;
 use super::instructions::Tool;
-use super::options::{Options, Size, cores};
+use super::options::{Options, Setting, Size, cores};
 use crate::results::say;
 use icoray::{Error, ErrorKind, Result};
 use std::io::{BufRead, BufReader, Write};
