@@ -1,10 +1,10 @@
 //! Fragments of rays through a rank's part of the grid. The device writes them unordered; the host sorts them.
 
 use crate::bands::{Band, Bands, Tile};
-use crate::bindings;
 use crate::device_field::DeviceField;
 use crate::layout::{self, Passed, halves};
 use crate::picture::Picture;
+use crate::pipelines::bind_group;
 use crate::pool::PooledBuffer;
 use crate::readback::Readback;
 use icoray::device::{
@@ -85,7 +85,7 @@ impl<'t> FragmentTrace<'t> {
         let buffer = ctx.pooled("fragments", bytes, usage)?;
         let part = ctx.pooled_storage("part", &[layout::Part { max_fragments: capacity as u32, ..self.part }])?;
         let buffers = self.scene.iter().chain([&part, &self.owned, &buffer]).map(|buffer| &**buffer);
-        let group = bindings::group(ctx, self.bands.scene_layout, buffers)?;
+        let group = bind_group(ctx, self.bands.scene_layout, buffers)?;
         Ok(FragmentBuffer { capacity, buffer, group, _part: part })
     }
 

@@ -3,9 +3,8 @@
 use super::blend::{Blend, FieldInSpan, MIN_TRANSMITTANCE, Radiance, VolumePiece};
 use super::interpolant::FrustumInterpolant;
 use super::prepared::{FieldTransfer, Oracle};
-use crate::columns::Column;
+use crate::columns::{Column, FrustumWeights, LayeredColumn};
 use crate::double_double::Dd;
-use crate::layered_column::{FrustumWeights, LayeredColumn};
 use crate::ray::Ray;
 use crate::shading::{self, RayLighting, Shade, direction_of, over};
 use glam::DVec3;
