@@ -1,11 +1,11 @@
 //! Heights at corners, as ICON has them: the picture of the same heights averaged by hand to cells, alone and over ranks.
 
 use crate::common::{
-    FAR, LIT, NEAR, assert_same_refusal, at_centers, bits, columns_of, count_beyond, laid_out, level_fastest, on_ranks,
-    picture, refusal,
+    FAR, LIT, NEAR, assert_same_refusal, at_centers, bits, columns_of, count_beyond, icosahedral, laid_out,
+    level_fastest, on_ranks, over_columns, picture, refusal,
 };
 use crate::culled::{Culled, Mark, Style, holes};
-use crate::spread::{Spread, directions, partitions, without_holes};
+use crate::spread::{Spread, directions, partitions, waves, without_holes};
 use icoray::{
     Decomposition, DistributedGrid, ErrorKind, Field, Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Location,
     OwnedReals, Ranks, Rendered, Renderer, Scene, Shape,
@@ -52,22 +52,16 @@ fn corner_heights(mesh: &IcosahedralMesh) -> Vec<f64> {
 
 /// The mean over the corners around each cell that have heights, rounded to the precision of the heights.
 fn averaged(grid: &Grid, heights: &[f64], round: impl Fn(f64) -> f64) -> Vec<f64> {
-    let value = |cell: usize, layer: usize| {
+    over_columns(grid.cells(), LAYERS, |cell, layer| {
         let around = grid.corners_of(cell as u32).map(|corner| heights[corner as usize * LAYERS + layer]);
         let there: Vec<f64> = around.filter(|height| *height != FILL).collect();
         if there.is_empty() { f64::NAN } else { round(there.iter().sum::<f64>() / there.len() as f64) }
-    };
-    (0..grid.cells()).flat_map(|cell| (0..LAYERS).map(move |layer| (cell, layer))).map(|(c, l)| value(c, l)).collect()
+    })
 }
 
 /// A field at all cells or corners.
 fn values(mesh: &IcosahedralMesh, location: Location) -> Vec<f32> {
-    let at = match location {
-        Location::Center => directions(&mesh.lon_center_rad, &mesh.lat_center_rad),
-        Location::Corner => directions(&mesh.lon_corner_rad, &mesh.lat_corner_rad),
-    };
-    let value = |p: glam::DVec3, layer: usize| (3.0 * p.x).sin() * (4.0 * p.y).cos() + p.z + 0.3 * layer as f64;
-    at.into_iter().flat_map(|p| (0..LAYERS).map(move |layer| value(p, layer) as f32)).collect()
+    waves(mesh, location, LAYERS).into_iter().map(|value| value as f32).collect()
 }
 
 fn corners(values: &[f64]) -> Field<'_> {
@@ -90,9 +84,8 @@ fn expected(mesh: &IcosahedralMesh, scene: &Scene, location: Location) -> Frame 
 /// In both precisions and all layouts, from both ends.
 #[test]
 fn heights_at_corners_are_averaged_to_the_bit() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
-    let (field, heights) = (values(&mesh, Location::Center), corner_heights(&mesh));
+    let (mesh, grid) = icosahedral(3);
+    let (field, heights) = (values(mesh, Location::Center), corner_heights(mesh));
     let count = grid.triangles();
     let renderer = Renderer::new(2).unwrap();
     for (i, scene) in scenes().into_iter().enumerate() {

@@ -3,6 +3,7 @@
 //! Correct meshes are damaged at random, 2,000 times, or 60,000 in the long run, each from its own seed, so that a
 //! failure can be repeated.
 
+use crate::common::icosahedral;
 use crate::culled::{Culled, Mark, Style, holes};
 use icoray::{
     ErrorKind, Field, Frame, Grid, GridTables, IcosahedralMesh, Indices, Layers, Location, LonLat, Renderer, Scene,
@@ -259,8 +260,7 @@ fn assert_bounded(frame: &Frame, what: &str) {
 /// Fields that no model should have, under light: bounded work, and finite pixels.
 #[test]
 fn extreme_values_are_drawn_in_bounded_work() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (_, grid) = icosahedral(2);
     let layers = Layers::from_heights(&[0.0, 6e3, 20e3], 6371e3).unwrap();
     let renderer = Renderer::new(2).unwrap();
     let odd: [&[f64]; 6] = [

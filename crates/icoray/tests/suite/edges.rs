@@ -1,33 +1,30 @@
 //! Pixels with the edge of a surface in them, against pictures of many more rays.
 
-use crate::common::{LIT, at_centers, bits, count_beyond, on_ranks, picture};
-use icoray::{Certainty, Frame, Grid, IcosahedralMesh, Layers, Precision, Ranks, Rendered, Renderer, Scene};
+use crate::common::{
+    LIT, at_centers, averaged, bits, count_beyond, distances, icosahedral, on_ranks, over_columns, picture,
+};
+use icoray::{Certainty, Frame, Grid, Layers, Precision, Ranks, Rendered, Renderer, Scene};
 
 const LAYERS: usize = 5;
 const SIDE: u32 = 96;
 
 /// A grid, and a field that rises towards a place on the equator and with height.
 struct Data {
-    mesh: IcosahedralMesh,
+    grid: Grid<'static>,
     values: Vec<f32>,
 }
 
 impl Data {
     fn new(level: u32) -> Self {
-        let mesh = IcosahedralMesh::new(level).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
-        let value = |cell: usize, layer: usize| grid.direction(cell as u32).x + 0.1 * layer as f64;
-        let all = |cell| (0..LAYERS).map(move |layer| value(cell, layer) as f32);
-        let values = (0..grid.cells()).flat_map(all).collect();
-        Data { mesh, values }
+        let (_, grid) = icosahedral(level);
+        let value = |cell: usize, layer: usize| (grid.direction(cell as u32).x + 0.1 * layer as f64) as f32;
+        Data { values: over_columns(grid.cells(), LAYERS, value), grid }
     }
 
     /// Draws over `ranks` with so many threads each, of a grid that all have whole.
     fn draw_over(&self, scene: &Scene, ranks: &mut Ranks, threads: usize) -> Rendered {
-        let grid = Grid::new(self.mesh.tables()).unwrap();
         let field = at_centers(&self.values, LAYERS);
-        let renderer = Renderer::new(threads).unwrap();
-        renderer.render_over(ranks, scene, &grid, &layers(), &field).unwrap()
+        Renderer::new(threads).unwrap().render_over(ranks, scene, &self.grid, &layers(), &field).unwrap()
     }
 
     fn draw(&self, scene: &Scene) -> Frame {
@@ -80,26 +77,6 @@ fn shown() -> Vec<(&'static str, String)> {
     ]
 }
 
-/// The mean of `many` × `many` pixels for each.
-fn averaged(fine: &Frame, many: u32) -> Vec<[f64; 4]> {
-    let side = fine.width / many;
-    let mut all = vec![[0.0; 4]; (side * side) as usize];
-    for (at, pixel) in (0..).zip(&fine.pixels) {
-        let (x, y) = (at % fine.width / many, at / fine.width / many);
-        for (sum, value) in all[(y * side + x) as usize].iter_mut().zip(pixel) {
-            *sum += f64::from(*value) / f64::from(many * many);
-        }
-    }
-    all
-}
-
-/// The sum of how far pixels are from others.
-fn distance(frame: &Frame, exact: &[[f64; 4]]) -> f64 {
-    let off =
-        |(a, b): (&[f32; 4], &[f64; 4])| a.iter().zip(b).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max);
-    frame.pixels.iter().zip(exact).map(off).sum()
-}
-
 #[test]
 fn edges_are_a_quarter_as_far_off_at_most_and_few_pixels_have_more_rays() {
     let data = Data::new(5);
@@ -107,7 +84,7 @@ fn edges_are_a_quarter_as_far_off_at_most_and_few_pixels_have_more_rays() {
         let exact = averaged(&data.draw(&scene(8 * SIDE, true, "", &tables)), 8);
         let [rough, smooth, large] = [(SIDE, false), (SIDE, true), (2 * SIDE, true)]
             .map(|(side, antialias)| data.draw(&scene(side, antialias, "", &tables)));
-        let [before, after] = [&rough, &smooth].map(|frame| distance(frame, &exact));
+        let [before, after] = [&rough, &smooth].map(|frame| distances(frame, &exact).iter().sum::<f64>());
         assert!(before > 4.0 * after, "{name}: {before} and {after} off");
         let edge_pixels = smooth.report.edge_pixels;
         let changed = bits(&rough).iter().zip(bits(&smooth)).filter(|(a, b)| **a != *b).count() as u64;

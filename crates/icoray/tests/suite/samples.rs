@@ -1,7 +1,10 @@
 //! Means of several rays per pixel, against pictures of 144 pixels for each.
 
-use crate::common::{LIT, at_centers, bits, count_beyond, on_ranks, picture, pixel_difference};
-use icoray::{Frame, FrameReport, Grid, IcosahedralMesh, Layers, Ranks, Rendered, Renderer, SamplingReport, Scene};
+use crate::common::{
+    LIT, at_centers, averaged, bits, count_beyond, distances, icosahedral, on_ranks, over_columns, picture,
+    pixel_difference,
+};
+use icoray::{Frame, FrameReport, Grid, Layers, Ranks, Rendered, Renderer, SamplingReport, Scene};
 use icoray_test_support::Random;
 
 const LAYERS: usize = 4;
@@ -11,19 +14,15 @@ const MANY: u32 = 12;
 
 /// A grid with a field of chance, which is another one in each cell, or of one that rises along an axis.
 struct Data {
-    mesh: IcosahedralMesh,
+    grid: Grid<'static>,
     values: Vec<f32>,
 }
 
 impl Data {
     fn new(level: u32, value: impl Fn(usize, [f64; 3], usize) -> f64) -> Self {
-        let mesh = IcosahedralMesh::new(level).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
-        let direction = |cell: usize| grid.direction(cell as u32).to_array();
-        let all = |cell| (0..LAYERS).map(move |layer| (cell, layer));
-        let values = (0..grid.cells()).flat_map(all).map(|(cell, layer)| value(cell, direction(cell), layer) as f32);
-        let values = values.collect();
-        Data { mesh, values }
+        let (_, grid) = icosahedral(level);
+        let value = |cell: usize, layer: usize| value(cell, grid.direction(cell as u32).to_array(), layer) as f32;
+        Data { values: over_columns(grid.cells(), LAYERS, value), grid }
     }
 
     fn noise(level: u32) -> Self {
@@ -35,11 +34,10 @@ impl Data {
     }
 
     fn draw_over(&self, scene: &Scene, ranks: &mut Ranks, threads: usize) -> Rendered {
-        let grid = Grid::new(self.mesh.tables()).unwrap();
         let heights: Vec<f64> = (0..LAYERS).map(|layer| 0.05 * layer as f64).collect();
         let layers = Layers::from_heights(&heights, 1.0).unwrap();
         let renderer = Renderer::new(threads).unwrap();
-        renderer.render_over(ranks, scene, &grid, &layers, &at_centers(&self.values, LAYERS)).unwrap()
+        renderer.render_over(ranks, scene, &self.grid, &layers, &at_centers(&self.values, LAYERS)).unwrap()
     }
 
     fn draw(&self, scene: &Scene) -> Frame {
@@ -64,26 +62,6 @@ fn scene(side: u32, keys: &str, tables: &str) -> Scene {
     Scene::parse(&text).unwrap()
 }
 
-/// The mean of many pixels for each.
-fn averaged(fine: &Frame) -> Vec<[f64; 4]> {
-    let side = fine.width / MANY;
-    let mut all = vec![[0.0; 4]; (side * side) as usize];
-    for (at, pixel) in (0..).zip(&fine.pixels) {
-        let (x, y) = (at % fine.width / MANY, at / fine.width / MANY);
-        for (sum, value) in all[(y * side + x) as usize].iter_mut().zip(pixel) {
-            *sum += f64::from(*value) / f64::from(MANY * MANY);
-        }
-    }
-    all
-}
-
-/// How far each pixel is from a reference.
-fn off(frame: &Frame, exact: &[[f64; 4]]) -> Vec<f64> {
-    let off =
-        |(a, b): (&[f32; 4], &[f64; 4])| a.iter().zip(b).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max);
-    frame.pixels.iter().zip(exact).map(off).collect()
-}
-
 /// What is shown, by name, of a field.
 fn shown<'d>(noise: &'d Data, smooth: &'d Data) -> Vec<(&'static str, &'d Data, String)> {
     vec![
@@ -99,8 +77,8 @@ fn shown<'d>(noise: &'d Data, smooth: &'d Data) -> Vec<(&'static str, &'d Data, 
 fn means_are_those_of_areas_within_the_reported_errors() {
     let (noise, smooth) = (Data::noise(6), Data::smooth(5));
     for (name, data, tables) in shown(&noise, &smooth) {
-        let exact = averaged(&data.draw(&scene(MANY * SIDE, "antialias = false", &tables)));
-        let mean_off = |frame: &Frame| off(frame, &exact).iter().sum::<f64>();
+        let exact = averaged(&data.draw(&scene(MANY * SIDE, "antialias = false", &tables)), MANY);
+        let mean_off = |frame: &Frame| distances(frame, &exact).iter().sum::<f64>();
         let one = mean_off(&data.draw(&scene(SIDE, "antialias = false", &tables)));
         let mut before = one;
         for (samples, better) in [(2, 1.0), (3, 1.2), (4, 1.5), (8, 3.0), (16, 4.0), (64, 8.0)] {
@@ -110,7 +88,7 @@ fn means_are_those_of_areas_within_the_reported_errors() {
             before = now;
             // 144 rays do not give the mean over the area either.
             let errors = frame.sampling_error.iter().zip(&frame.error).map(|(sampling, error)| sampling + error + 5e-4);
-            let pixels = off(&frame, &exact).into_iter().zip(errors);
+            let pixels = distances(&frame, &exact).into_iter().zip(errors);
             let beyond = pixels.filter(|(off, error)| *off > f64::from(*error)).count();
             let shown = frame.error.iter().filter(|error| **error > 0.0).count();
             // Two rays miss more steps than several.
@@ -130,12 +108,12 @@ fn means_are_those_of_areas_within_the_reported_errors() {
 fn pixels_at_edges_take_no_fewer_rays_than_without_samples() {
     let data = Data::smooth(4);
     for tables in [CLEAR.to_owned(), format!("{CLEAR}{DOME}")] {
-        let exact = averaged(&data.draw(&scene(MANY * SIDE, "antialias = false", &tables)));
+        let exact = averaged(&data.draw(&scene(MANY * SIDE, "antialias = false", &tables)), MANY);
         let [one, two] = [1, 2].map(|n| data.draw(&scene(SIDE, &format!("samples = {n}"), &tables)));
         // Beside the shell, pixels next to an edge take no samples.
         let edge_pixels = [&one, &two].map(|frame| frame.report.edge_pixels);
         assert!(edge_pixels[1] > 100 && (0..5).contains(&(edge_pixels[0] - edge_pixels[1])), "{edge_pixels:?}");
-        let [one, two] = [one, two].map(|frame| off(&frame, &exact).iter().sum::<f64>());
+        let [one, two] = [one, two].map(|frame| distances(&frame, &exact).iter().sum::<f64>());
         assert!(two < 1.5 * one, "{one} and {two} off");
     }
 }

@@ -1,6 +1,6 @@
 //! Savings do not change pictures: skipped space changes no bit, packets change less than the errors.
 
-use crate::common::{FAR, count_beyond, difference};
+use crate::common::{FAR, LIT, at_centers, count_beyond, difference, icosahedral, laid_out};
 use crate::culled::{Culled, Mark, Style, holes};
 use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Renderer, Savings, Scene, Shape};
 
@@ -27,7 +27,8 @@ fn scene(camera: &str, transfer: &str, rest: &str) -> Scene {
 
 /// A field with waves, level-fastest or cell-fastest, some values missing.
 struct Model {
-    mesh: IcosahedralMesh,
+    mesh: &'static IcosahedralMesh,
+    grid: Grid<'static>,
     layers: Layers,
     values: Vec<f32>,
     shape: Shape,
@@ -35,31 +36,27 @@ struct Model {
 
 impl Model {
     fn new(layers: usize, is_level_fastest: bool, misses: bool) -> Self {
-        let mesh = IcosahedralMesh::new(5).unwrap();
-        let cells = mesh.lon_center_rad.len();
-        let shape = if is_level_fastest { Shape::level_fastest } else { Shape::cell_fastest }(cells, layers);
-        let mut values = vec![0.0; cells * layers];
-        for cell in 0..cells {
-            for layer in 0..layers {
-                let (lon, lat) = (mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]);
-                let height = layer as f64 / layers as f64;
-                let value = (5.0 * lon + 4.0 * height).sin() * (6.0 * lat - 3.0 * height).cos();
-                let is_missing = misses && (cell * 31 + layer * 7) % 97 == 0;
-                let at =
-                    shape.offset as isize + cell as isize * shape.column_stride + layer as isize * shape.layer_stride;
-                values[at as usize] = if is_missing { -9e33 } else { value as f32 };
-            }
-        }
+        let (mesh, grid) = icosahedral(5);
+        let shape = if is_level_fastest { Shape::level_fastest } else { Shape::cell_fastest }(mesh.cells(), layers);
+        let values = laid_out(&shape, 0.0, |cell, layer| {
+            let (lon, lat) = (mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]);
+            let height = layer as f64 / layers as f64;
+            let value = (5.0 * lon + 4.0 * height).sin() * (6.0 * lat - 3.0 * height).cos();
+            let is_missing = misses && (cell * 31 + layer * 7) % 97 == 0;
+            if is_missing { -9e33 } else { value as f32 }
+        });
         let radii = (0..layers).map(|l| 1.0 + 0.15 * l as f64 / (layers - 1) as f64).collect();
-        Model { mesh, layers: Layers::new(radii, 1.0).unwrap(), values, shape }
+        Model { mesh, grid, layers: Layers::new(radii, 1.0).unwrap(), values, shape }
     }
 
     fn draw(&self, scene: &Scene, savings: Savings) -> Frame {
-        let grid = Grid::new(self.mesh.tables()).unwrap();
-        let fill = Some(f64::from(-9e33f32));
-        let field = Field::new(self.values.as_slice().into(), self.shape, Location::Center, fill).unwrap();
         let renderer = Renderer::new(2).unwrap().with_savings(savings);
-        renderer.render(scene, &grid, &self.layers, &field).unwrap()
+        renderer.render(scene, &self.grid, &self.layers, &self.field()).unwrap()
+    }
+
+    fn field(&self) -> Field<'_> {
+        let fill = Some(f64::from(-9e33f32));
+        Field::new(self.values.as_slice().into(), self.shape, Location::Center, fill).unwrap()
     }
 }
 
@@ -131,15 +128,14 @@ fn leaps_change_no_bit() {
 #[test]
 fn a_leap_over_a_hollow_core_changes_no_bit() {
     let model = Model::new(6, true, true);
-    let mut holes = holes(&model.mesh);
+    let mut holes = holes(model.mesh);
     let (_, stays) = holes.swap_remove(holes.len() / 2);
-    let culled = Culled::new(&model.mesh, &stays, Style::Triangles, Mark::MinusOne, 0);
+    let culled = Culled::new(model.mesh, &stays, Style::Triangles, Mark::MinusOne, 0);
     let with_holes = |scene: &Scene, savings: Savings| {
         let grid = culled.grid();
         let values: Vec<f64> = (0..6 * grid.cells()).map(|i| (0.01 * i as f64).sin()).collect();
-        let field = Field::level_fastest(&values, 6, Location::Center).unwrap();
         let renderer = Renderer::new(2).unwrap().with_savings(savings);
-        renderer.render(scene, &grid, &model.layers, &field).unwrap()
+        renderer.render(scene, &grid, &model.layers, &at_centers(&values, 6)).unwrap()
     };
     let savings = Savings { lanes: true, ..LEAPS };
     let in_core = "eye = [0.2, 0.1, -0.3]\ntarget = [0, 1, 1]\nfov = 80";
@@ -201,7 +197,7 @@ fn constants_on_clear_knots_are_leapt_over() {
 fn rays_begin_where_something_is_seen() {
     for (layers, is_level_fastest) in [(20, true), (90, false)] {
         let mut model = Model::new(layers, is_level_fastest, true);
-        let cells = model.mesh.lon_center_rad.len();
+        let cells = model.mesh.cells();
         for (i, value) in model.values.iter_mut().enumerate() {
             let layer = if is_level_fastest { i % layers } else { i / cells };
             *value = if layer > layers / 3 { -3.0 } else { *value };
@@ -266,7 +262,6 @@ const CAMERAS: [&str; 7] = [
     "eye = [40, 3, 5]\ntarget = [0.5, 0.7, 0]\nfov = 0.8",
 ];
 
-const LIT: &str = "[light]\nkind = \"headlight\"";
 const DOME: &str = "[[isosurfaces]]\nfield = \"f\"\nvalue = 0.4\ncolor = \"crimson\"";
 
 /// Gradients over cells that no ray of a picture passes are those of another field, which are as long as can be: each
@@ -276,12 +271,6 @@ fn gradients_beside_the_view_are_not_read() {
     let model = Model::new(20, true, true);
     let mut other = Model::new(20, true, false);
     other.values.iter_mut().enumerate().for_each(|(i, value)| *value = 1e33 * ((i * 7919) % 13) as f32 - 6e33);
-    let grid = Grid::new(model.mesh.tables()).unwrap();
-    let field = |model: &Model, values: &'static [f32]| {
-        Field::new(values.into(), model.shape, Location::Center, Some(f64::from(-9e33f32))).unwrap()
-    };
-    let leaked = |model: &Model| -> &'static [f32] { model.values.clone().leak() };
-    let (values, poison) = (leaked(&model), leaked(&other));
     let everywhere = "core = \"transparent\"\nprecision = \"PRECISION\"";
     for (transfer, rest, light) in [
         (DENSE, "core = \"transparent\"", LIT.to_owned()),
@@ -294,12 +283,12 @@ fn gradients_beside_the_view_are_not_read() {
         let everywhere = everywhere.replace("PRECISION", precision);
         let renderer = Renderer::new(2).unwrap();
         let of_all = scene(FAR, DENSE, &format!("{everywhere}|{light}"));
-        renderer.render(&of_all, &grid, &model.layers, &field(&other, poison)).unwrap();
-        let field = field(&model, values);
+        renderer.render(&of_all, &model.grid, &model.layers, &other.field()).unwrap();
+        let field = model.field();
         // A camera in the opaque core is refused.
         for camera in CAMERAS.into_iter().filter(|camera| rest.contains("transparent") || *camera != HOLLOW) {
             let scene = scene(camera, transfer, &format!("{rest}|{light}"));
-            let seen = renderer.render(&scene, &grid, &model.layers, &field).unwrap();
+            let seen = renderer.render(&scene, &model.grid, &model.layers, &field).unwrap();
             let all = model.draw(&scene, Savings { gradients: false, ..Savings::ALL });
             assert!(seen.pixels == all.pixels, "{camera}, {rest:?}: other pixels");
             assert!(seen.error == all.error, "{camera}, {rest:?}: other errors");
@@ -312,16 +301,13 @@ fn gradients_beside_the_view_are_not_read() {
 #[test]
 fn cached_data_of_a_field_serve_matching_scenes() {
     let model = Model::new(20, true, true);
-    let grid = Grid::new(model.mesh.tables()).unwrap();
-    let fill = Some(f64::from(-9e33f32));
-    let field = Field::new(model.values.as_slice().into(), model.shape, Location::Center, fill).unwrap();
-    let renderer = Renderer::new(2).unwrap();
+    let (field, renderer) = (model.field(), Renderer::new(2).unwrap());
     let mut scenes = scenes();
     for rest in ["exaggeration = 2|[light]\nkind = \"headlight\"", "tolerance = 1e-6|[light]\nkind = \"headlight\""] {
         scenes.push((rest.into(), scene(FAR, SHELL, rest)));
     }
     for (name, scene) in scenes.iter().chain(scenes.iter().rev()) {
-        let frame = renderer.render(scene, &grid, &model.layers, &field).unwrap();
+        let frame = renderer.render(scene, &model.grid, &model.layers, &field).unwrap();
         let alone = model.draw(scene, Savings::ALL);
         assert!(frame.pixels == alone.pixels && frame.error == alone.error, "{name}");
         assert_eq!(frame.report.counts, alone.report.counts, "{name}");
@@ -372,28 +358,12 @@ fn packets_read_arrays_of_any_layout() {
     assert!(frames[0].pixels == frames[1].pixels && frames[0].error == frames[1].error);
     // In blocks of 7 cells, from the outermost layer in, in f32 and in f64.
     let model = Model::new(20, true, true);
-    let (cells, layers, block) = (model.mesh.lon_center_rad.len(), 20, 7);
-    let shape = Shape {
-        offset: 0,
-        columns: cells,
-        layers,
-        column_stride: 1,
-        layer_stride: block as isize,
-        block,
-        block_stride: (block * layers) as isize,
-    };
-    let mut values = vec![0.0f32; cells.div_ceil(block) * block * layers];
-    for cell in 0..cells {
-        for layer in 0..layers {
-            let at = cell / block * block * layers + layer * block + cell % block;
-            values[at] = model.values[cell * layers + layer];
-        }
-    }
+    let shape = Shape::blocked(model.mesh.cells(), 20, 7);
+    let values = laid_out(&shape, 0.0, |cell, layer| model.values[cell * 20 + layer]);
     let wide: Vec<f64> = values.iter().map(|value| f64::from(*value)).collect();
-    let grid = Grid::new(model.mesh.tables()).unwrap();
     for data in [values.as_slice().into(), wide.as_slice().into()] {
         let field = Field::new(data, shape, Location::Center, Some(f64::from(-9e33f32))).unwrap();
-        let frame = Renderer::new(2).unwrap().render(&scene, &grid, &model.layers, &field).unwrap();
+        let frame = Renderer::new(2).unwrap().render(&scene, &model.grid, &model.layers, &field).unwrap();
         assert_eq!(count_beyond(&frame, &frames[0], 0.0), 0, "{}", difference(&frame, &frames[0]));
         assert!(difference(&frame, &frames[0]) < 1e-6);
     }

@@ -74,12 +74,11 @@ fn mixed_scene(first: &str) -> Scene {
 #[test]
 fn fields_at_corners_make_the_very_picture_of_the_whole() {
     use Layout::{Blocked, CellFastest, LevelFastest};
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (mesh, grid) = icosahedral(3);
     let (cells, corners) = (mesh.cells(), mesh.lon_corner_rad.len());
     let all: Vec<usize> = (0..cells).collect();
     let q = LevelFastest.lay(&all, |c, l| value(c, l, 1));
-    let at_corners = LocalCorners::whole(&mesh, 0, &vec![0; cells]).values([LevelFastest; 2]);
+    let at_corners = LocalCorners::whole(mesh, 0, &vec![0; cells]).values([LevelFastest; 2]);
     let shapes = [cells, corners, corners].map(|columns| LevelFastest.shape(columns));
     // Also of the field at corners alone.
     let plain = Scene { volumes: vec![mixed_scene("t").volumes.swap_remove(0)], ..scene("") };
@@ -93,7 +92,7 @@ fn fields_at_corners_make_the_very_picture_of_the_whole() {
     for (i, node_of) in [&[0, 0][..], &[0, 0, 0], &[0, 1], &[2, 1, 1, 0]].into_iter().enumerate() {
         let ranks = node_of.len();
         let owner = &partitions(cells, ranks)[i % 3];
-        let locals = locals(&mesh, ranks, owner);
+        let locals = locals(mesh, ranks, owner);
         let of_corners = &partitions(corners, ranks)[(i + 1) % 3];
         for is_numbered in [true, false] {
             let drawn = on_nodes(node_of, |ranks| {
@@ -101,7 +100,7 @@ fn fields_at_corners_make_the_very_picture_of_the_whole() {
                 let local = &locals[rank];
                 let mine = match is_numbered {
                     true => LocalCorners::numbered(corners, rank, of_corners),
-                    false => LocalCorners::whole(&mesh, rank, owner),
+                    false => LocalCorners::whole(mesh, rank, owner),
                 };
                 let decomposition = mine.decomposition(ranks, &grid, local).unwrap();
                 let Decomposition::Columns(columns) = &decomposition else { panic!("not columns") };
@@ -116,10 +115,7 @@ fn fields_at_corners_make_the_very_picture_of_the_whole() {
                     .each_ref()
                     .map(|scene| render(ranks, scene, &grid, &decomposition, fields(&q, &at_corners, shapes)).unwrap())
             });
-            let mut frames = [Vec::new(), Vec::new(), Vec::new()];
-            drawn.into_iter().for_each(|drawn| frames.iter_mut().zip(drawn).for_each(|(all, one)| all.push(one)));
-            for (k, drawn) in frames.into_iter().enumerate() {
-                let (frame, reports) = picture(drawn);
+            for (k, (frame, reports)) in pictures(drawn).into_iter().enumerate() {
                 let trying = format!("nodes {node_of:?}, numbers {is_numbered}, scene {k}");
                 assert!(bits(&frame) == bits(&whole[k]), "{trying}");
                 let bytes = [cells * 8 + corners * (4 + 8), cells * 8 + corners * (4 + 8), corners * 4][k] * LAYERS;

@@ -1,7 +1,7 @@
 //! Scenes of several fields, surfaces, lines, cuts, derived fields and native heights: over ranks and in every mode of
 //! the renderer.
 
-use crate::common::{FAR, LIT, NEAR, at_centers, bits, count_beyond, difference, level_fastest};
+use crate::common::{FAR, LIT, NEAR, at_centers, bits, count_beyond, difference, icosahedral, level_fastest};
 use icoray::{
     Clip, Derivation, Field, Fields, Frame, Grid, Ground, Heights, How, IcosahedralMesh, Isosurface, Knot, Layers,
     Level, Lines, Location, LonLatBox, Paint, Pattern, Renderer, Scene, Surface, TransferFunction, Volume,
