@@ -2,7 +2,7 @@
 
 use super::common::*;
 use super::lines::{CELLS, ON_CORE};
-use super::scenes::{ISOSURFACES, second};
+use super::scenes::{ISOSURFACES, TwoFields};
 use super::{native, volumes};
 use crate::common::{columns_of, picture};
 use crate::culled::{Culled, Mark, Style, holes};
@@ -90,7 +90,7 @@ fn check_devices(name: &str, reports: &[FrameReport], has_gpu: impl Fn(usize) ->
 fn parts_make_the_picture_of_the_whole() {
     let Some(gpu) = gpu() else { return };
     let sphere = Sphere::new(4, &THICK_M);
-    let mesh = &sphere.tables;
+    let mesh = sphere.tables;
     let values = (sphere.values.as_slice(), THICK_M.len());
     let stays = vec![true; mesh.cells()];
     let scenes = [
@@ -119,10 +119,10 @@ fn parts_make_the_picture_of_the_whole() {
 #[test]
 fn parts_of_scenes_make_the_picture_of_the_whole() {
     let Some(gpu) = gpu() else { return };
-    let sphere = Sphere::new(4, &THICK_M);
-    let mesh = &sphere.tables;
+    let TwoFields { sphere, second } = TwoFields::new(4, &THICK_M);
+    let mesh = sphere.tables;
     let heights = native::heights(&sphere).into_iter().map(|height| height as f32).collect();
-    let values = [sphere.values.clone(), second(&sphere), heights].concat();
+    let values = [sphere.values.clone(), second, heights].concat();
     let values = (values.as_slice(), THICK_M.len());
     let (_, lakes) = holes(mesh).into_iter().find(|(hole, _)| *hole == "continents with a lake").unwrap();
     let all = vec![true; mesh.cells()];
@@ -164,7 +164,7 @@ fn parts_of_scenes_make_the_picture_of_the_whole() {
 fn holes_of_the_whole_are_holes_of_its_parts() {
     let Some(gpu) = gpu() else { return };
     let sphere = Sphere::new(3, &THICK_M);
-    let mesh = &sphere.tables;
+    let mesh = sphere.tables;
     let values = (sphere.values.as_slice(), THICK_M.len());
     let scenes = [
         scene(FAR, RAMP, CORE),
@@ -198,7 +198,7 @@ fn fragments_are_those_of_the_cpu() {
         ("steps, paper", &sphere, scene(FAR, STEPS, &format!("{}\nmethod = \"paper\"", loose(HOLLOW)))),
         ("lit", &sphere, scene(FAR, &format!("{RAMP}\n{SUN}"), &CORE.replace("1e-6", "1e-3"))),
     ] {
-        let (mesh, values) = (&sphere.tables, (sphere.values.as_slice(), THICK_M.len()));
+        let (mesh, values) = (sphere.tables, (sphere.values.as_slice(), THICK_M.len()));
         for (partition, owner) in partitions(mesh, 3) {
             let name = format!("{name}, {partition}");
             let spread = Spread::new(mesh, 3, &owner);
@@ -223,7 +223,7 @@ fn parts_in_pages_do_not_show() {
     let Some(_) = gpu() else { return };
     let count = 16;
     let sphere = Sphere::new(5, &std::array::from_fn::<f64, 16, _>(|k| 1e3 * k as f64));
-    let mesh = &sphere.tables;
+    let mesh = sphere.tables;
     let values = (sphere.values.as_slice(), count);
     let limited = |binding, field| Arc::new(Gpu::with_limits(None, MemoryLimits { binding, field }).unwrap());
     let (_, owner) = partitions(mesh, 2).swap_remove(1);
