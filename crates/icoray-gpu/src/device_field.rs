@@ -14,7 +14,6 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Bytes of a value.
 pub(crate) const VALUE_BYTES: usize = size_of::<f32>();
 
 /// The layout of values in pages.
@@ -35,7 +34,6 @@ impl FieldLayout {
     }
 }
 
-/// The values of a field over some cells.
 #[derive(Debug)]
 pub(crate) struct DeviceField {
     pub content: Content,
@@ -102,7 +100,6 @@ impl DeviceField {
         }
     }
 
-    /// Bytes of the values.
     pub fn bytes(&self) -> u64 {
         (self.cells.list.len() * self.layout.layers.len() * VALUE_BYTES) as u64
     }

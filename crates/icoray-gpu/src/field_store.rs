@@ -40,7 +40,6 @@ pub(crate) struct FieldStore {
 }
 
 impl FieldStore {
-    /// An empty store.
     pub fn new(max_bytes: u64) -> Self {
         FieldStore { cached: Mutex::default(), staging: StagingBuffers::default(), max_bytes }
     }

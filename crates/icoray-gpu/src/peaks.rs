@@ -38,7 +38,6 @@ const WORKGROUPS: u64 = 4096;
 const FLOPS: f64 = (2 * 12 * 16 * 64) as f64;
 
 impl Peaks {
-    /// Measures a device.
     pub(crate) fn measure(ctx: &Context) -> Result<Self, FallbackReason> {
         let (host_to_device, staged) = upload_rates(ctx)?;
         let readback = readback_rate(ctx)?;

@@ -29,7 +29,6 @@ pub(crate) struct Picture<'p> {
 }
 
 impl<'p> Picture<'p> {
-    /// Uploads the tables of a job.
     pub fn new(
         ctx: &'p Context,
         pipelines: &'p Pipelines,
@@ -83,7 +82,6 @@ impl<'p> Picture<'p> {
         Ok(buffers)
     }
 
-    /// Bytes of the tables.
     pub fn bytes(&self) -> u64 {
         self.tables.iter().map(|table| table.size()).sum()
     }

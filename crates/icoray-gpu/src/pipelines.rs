@@ -15,7 +15,6 @@ const TABLES: [BufferBindingType; 11] = {
     kinds
 };
 
-/// Override constants of a shader.
 pub(crate) type Constants = Vec<(&'static str, u32)>;
 
 /// The shader of a pipeline, its contents and its constants.
@@ -46,7 +45,6 @@ pub(crate) struct Pipelines {
 }
 
 impl Pipelines {
-    /// No pipelines yet.
     pub fn new(ctx: &Context) -> Self {
         Pipelines {
             tables: bind_group_layout(ctx, &TABLES),
@@ -118,7 +116,6 @@ pub(crate) fn compile(
     })
 }
 
-/// Encodes a compute pass of one dispatch.
 pub(crate) fn dispatch<'g>(
     commands: &mut wgpu::CommandEncoder,
     pass: &wgpu::ComputePassDescriptor,
@@ -155,7 +152,6 @@ fn page_layout(ctx: &Context, pages: usize) -> wgpu::BindGroupLayout {
     bind_group_layout(ctx, &vec![READ; pages])
 }
 
-/// Binds whole buffers.
 pub(crate) fn bind_group<'b>(
     ctx: &Context,
     layout: &wgpu::BindGroupLayout,
@@ -170,7 +166,6 @@ pub(crate) fn bind_group<'b>(
     ctx.scoped(|| ctx.device.create_bind_group(&descriptor))
 }
 
-/// Binds the pages of a field.
 pub(crate) fn page_group(ctx: &Context, pages: &[PooledBuffer]) -> Result<wgpu::BindGroup, FallbackReason> {
     let layout = page_layout(ctx, pages.len());
     bind_group(ctx, &layout, pages.iter().map(|page| &**page))

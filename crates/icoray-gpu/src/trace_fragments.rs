@@ -13,7 +13,6 @@ use icoray::device::{
 use rayon::prelude::*;
 use wgpu::BufferUsages;
 
-/// Bytes of the count before the fragments.
 const COUNT_BYTES: usize = size_of::<u32>();
 
 /// Tiles of a picture, ready to be traced.
@@ -23,7 +22,6 @@ pub(crate) struct FragmentTrace<'t> {
     part: layout::Part,
     /// The first buffers of group 2.
     scene: Vec<PooledBuffer>,
-    /// Bytes of `owned`.
     owned_bytes: u64,
     /// A bit per triangle: whether it belongs to the rank.
     owned: PooledBuffer,
@@ -40,7 +38,6 @@ struct FragmentBuffer {
 }
 
 impl<'t> FragmentTrace<'t> {
-    /// Prepares tiles of a picture of `field`.
     pub fn new(
         picture: &'t Picture<'t>,
         field: &DeviceField,
@@ -55,7 +52,6 @@ impl<'t> FragmentTrace<'t> {
         Ok(FragmentTrace { picture, bands, part, scene: picture.scene_buffers()?, owned_bytes, owned })
     }
 
-    /// Bytes that were uploaded.
     pub fn bytes(&self) -> u64 {
         self.bands.bytes + self.owned_bytes
     }

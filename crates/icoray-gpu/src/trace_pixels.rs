@@ -24,7 +24,6 @@ struct PixelTrace<'t> {
 }
 
 impl<'t> PixelTrace<'t> {
-    /// Prepares tiles of a picture of `field`.
     pub fn new(picture: &Picture<'t>, field: &DeviceField, tiles: &'t [Tile]) -> Result<Self, FallbackReason> {
         let bands = Bands::new(picture, field, tiles, false)?;
         let buffers = picture.scene_buffers()?;
@@ -32,7 +31,6 @@ impl<'t> PixelTrace<'t> {
         Ok(PixelTrace { bands, scene, _buffers: buffers })
     }
 
-    /// Bytes that were uploaded.
     pub fn bytes(&self) -> u64 {
         self.bands.bytes
     }
@@ -93,7 +91,6 @@ pub(crate) struct Passes<'p> {
     /// When the preparation of the next rays began.
     pub since: Instant,
     pub spent: DeviceCost,
-    /// Number of tiles with lost rays.
     pub lost: usize,
 }
 

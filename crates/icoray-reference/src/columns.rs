@@ -15,7 +15,6 @@ use icoray::{Frustum, Grid};
 /// A part of a ray in the cone of one triangle.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Column {
-    /// The triangle's cells.
     pub cells: [u32; 3],
     /// Whether the triangle fills a hole of the mesh.
     pub is_void: bool,
@@ -54,7 +53,6 @@ impl Column {
     }
 }
 
-/// A vector in double-double.
 type Vector = [Dd; 3];
 
 fn cross(a: DVec3, b: DVec3) -> Vector {
@@ -166,7 +164,6 @@ pub(crate) fn columns(grid: &Grid, ray: &Ray, outer: f64, inner: Option<f64>) ->
 pub(crate) struct LayeredColumn<'c, R> {
     pub column: &'c Column,
     pub layers: usize,
-    /// Radius of a layer at a cell.
     pub radius: R,
 }
 

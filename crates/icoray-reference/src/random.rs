@@ -110,11 +110,9 @@ fn failure(drawn: &RandomScene, frame: &Frame, beyond: usize, pixel: &Pixel) -> 
 }
 
 /// A pixel's error.
-#[derive(Debug, Clone, Copy)]
 struct Pixel {
     number: usize,
     ray: Ray,
-    /// The oracle's pixel.
     truth: [f64; 4],
     error: f64,
     reported: f64,

@@ -74,7 +74,6 @@ pub struct Row {
     pub lost: usize,
 }
 
-/// The largest difference of a channel.
 fn max_difference(a: &[f64; 4], b: &[f64; 4]) -> f64 {
     a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
 }
@@ -88,7 +87,6 @@ struct CaseCheck<'c> {
     moved: [Oracle<'c>; 2],
 }
 
-/// Draws a case and checks every ray.
 fn measure(renderer: &Renderer, grid: &Grid, case: &Case) -> Result<Row> {
     let field = case.field(grid)?;
     let frame = |(precision, tolerance)| {

@@ -51,7 +51,6 @@ struct Corner {
     aim: &'static str,
 }
 
-/// A scene on a grid.
 #[derive(Debug, Clone)]
 struct Case {
     size: Size,
@@ -162,7 +161,6 @@ const LAYER: &str =
 
 const ISOSURFACES: &str = "[[isosurfaces]]\nfield = \"f\"\nvalues = [-0.3, 0.4]\ncolors = [\"teal\", \"gold\"]\n";
 
-/// The text of a volume.
 fn volume(field: &str, knots: &str) -> String {
     format!("[[volumes]]\nfield = \"{field}\"\ntransfer = {{ knots = [\n{knots}] }}\n")
 }

@@ -64,7 +64,6 @@ pub struct Options {
     pub out: PathBuf,
 }
 
-/// The scenes of `--quick`.
 const QUICK_SCENES: [&str; 3] = ["radial", "low_lobes", "stiff_step"];
 
 /// Width of the pictures of the high-resolution grid without `--size`: each ray meets hundreds of columns.
@@ -130,7 +129,6 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     study.finish()
 }
 
-/// The running study.
 struct Study<'a> {
     options: &'a Options,
     out: &'a mut dyn Write,
@@ -168,7 +166,6 @@ impl Study<'_> {
         self.write_verdict()
     }
 
-    /// Writes the oracle's picture.
     fn picture(&self, scene: &StudyScene, truth: &[[f64; 4]]) -> Result<()> {
         let pixels = truth.iter().map(|p| p.map(|c| c as f32)).collect();
         let picture = frame(scene.scene.width, scene.scene.height, pixels);

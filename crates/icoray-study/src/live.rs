@@ -42,7 +42,6 @@ const REST: [u32; 2] = [900, 675];
 const HEAD: &str = "| grid | light | frames per second | movement to picture ms, median | 95 % | coarsest of the frames | at rest s |\n\
                     |---|---|---|---|---|---|---|";
 
-/// Measurements of a client.
 struct Seen {
     /// Seconds from each movement to its picture, in rising order.
     waits_s: Vec<f64>,
@@ -151,7 +150,6 @@ fn turn(mut client: Client, turns: usize) -> Result<Seen> {
     Ok(Seen { waits_s, all_s, coarsest: coarsest.1, rest_s })
 }
 
-/// A client of a page.
 struct Client {
     page: PageClient,
     /// Number of the last picture.

@@ -18,7 +18,6 @@ pub struct Options {
     pub threads: usize,
 }
 
-/// Meshes, pictures and steps.
 struct Sizes {
     /// Bisections of the icosahedron and layers while steps are halved.
     level: u32,

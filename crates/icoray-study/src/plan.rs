@@ -57,8 +57,6 @@ const WITHOUT: [Without; 8] = [
     Without { saving: "reuse", savings: Savings { reuse: false, ..ALL } },
 ];
 
-/// Cost of frames.
-#[derive(Debug, Clone, Copy, PartialEq)]
 struct Cost {
     /// Minimum seconds of a frame, with preparation.
     seconds: f64,
@@ -91,7 +89,6 @@ fn bytes_read(report: &FrameReport, is_packed: bool) -> u64 {
     64 * report.counts.columns + 3 * vertex * report.counts.frusta
 }
 
-/// A row of the table.
 struct Row<'r> {
     scene: &'r str,
     saving: &'r str,
@@ -198,7 +195,6 @@ impl Renderers {
     }
 }
 
-/// A field and its scene.
 #[derive(Debug)]
 struct Case {
     pub name: &'static str,
@@ -206,7 +202,6 @@ struct Case {
     pub scene: fn(u32) -> Result<Scene>,
 }
 
-/// All cases.
 const CASES: [Case; 9] = [
     case("dense", sphere::multi_scale, |size| of_speed(size, 0, "")),
     case("lobes", sphere::multi_scale, |size| of_speed(size, 1, "")),

@@ -19,7 +19,6 @@ pub(crate) fn print_line(out: &mut dyn Write, line: Arguments) -> Result<()> {
     written.map_err(|e| Error::new(ErrorKind::Io, format!("standard output: {e}")))
 }
 
-/// The error of a file operation.
 pub(crate) fn io_error(path: &Path, e: impl Display) -> Error {
     Error::new(ErrorKind::Io, format!("{}: {e}", path.display()))
 }
@@ -43,7 +42,6 @@ pub(crate) fn threads(count: usize) -> String {
     if count == 1 { "one thread".to_owned() } else { format!("{count} threads") }
 }
 
-/// A number of a table.
 pub(crate) fn number(value: f64) -> String {
     format!("{value:.6e}")
 }
@@ -68,7 +66,6 @@ impl Table {
         table.row(&names).map(|_| table)
     }
 
-    /// The names of the printed columns.
     pub fn heading(&self) -> String {
         self.line(&self.columns)
     }

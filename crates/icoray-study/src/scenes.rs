@@ -13,7 +13,6 @@ use std::path::{Path, PathBuf};
 const JW_VORTICITY: &str = include_str!("../../../examples/scenes/jw_vorticity.toml");
 const JW_THETA: &str = include_str!("../../../examples/scenes/jw_theta.toml");
 
-/// A named scene and its dataset.
 #[derive(Debug, Clone)]
 pub struct StudyScene {
     /// Its name in options and tables.
@@ -86,7 +85,6 @@ pub fn select<T>(all: Vec<T>, names: &[String], name: impl Fn(&T) -> &str) -> Re
 const MPAS_FILE: &str = "mpas_jw_10242.nc";
 const MPAS_TIME: usize = 2;
 
-/// A grid with layers and a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dataset {
     /// The distance to the centre on the paper's low-resolution grid, 10,242 cells and 61 layers.
@@ -152,7 +150,6 @@ pub(crate) fn data_directory(given: Option<&Path>) -> PathBuf {
 }
 
 /// A checked grid with its layers and its field.
-#[derive(Debug, Clone, Copy)]
 pub struct PreparedDataset<'a> {
     grid: &'a Grid<'a>,
     layers: &'a Layers,
@@ -160,7 +157,6 @@ pub struct PreparedDataset<'a> {
 }
 
 impl PreparedDataset<'_> {
-    /// The job of rendering `scene` here.
     pub fn job<'s>(&'s self, scene: &'s Scene) -> Job<'s> {
         Job { scene, grid: self.grid, layers: self.layers, field: self.field }
     }

@@ -109,7 +109,6 @@ moves by four units in the last place of f64 or, for f32, the values by one of f
 range. *Lost* are rays that miss a part of their way through the shell.
 ";
 
-/// The whole page.
 fn page(all: &[Row]) -> String {
     let rays: usize = all.iter().map(|r| r.rays).sum();
     let seen: usize = all.iter().map(|r| r.seen).sum();

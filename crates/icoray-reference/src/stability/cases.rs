@@ -120,7 +120,6 @@ impl CaseMesh<'_> {
         case.values = OwnedReals::F32(self.sampled(case, f).into_iter().map(|v| v as f32).collect());
     }
 
-    /// The directions of a triangle's cells.
     fn corners(&self, triangle: u32) -> [DVec3; 3] {
         self.grid.triangle(triangle).map(|cell| self.grid.direction(cell))
     }

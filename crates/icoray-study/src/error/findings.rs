@@ -3,7 +3,6 @@
 use super::measure::{EXACT, EXACT_F64, MEASURES, Measure, Measured};
 use std::fmt::Write as _;
 
-/// An answer with its reasons.
 #[derive(Debug, Clone)]
 pub struct Finding {
     pub is_true: bool,

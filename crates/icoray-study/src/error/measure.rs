@@ -8,8 +8,6 @@ use icoray_reference::job::Job;
 use icoray_reference::methods::{Method, Picture, Sampling};
 use std::time::Instant;
 
-/// Time and error of a run.
-#[derive(Debug, Clone)]
 pub struct Measured {
     pub run: Run,
     /// Seconds of each repeat.
@@ -33,7 +31,6 @@ impl Measured {
         self.seconds.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// The row of the table.
     pub fn row(&self, scene: &str) -> [String; 13] {
         let optional = |v: Option<f64>| v.map_or_else(String::new, number);
         [
@@ -54,7 +51,6 @@ impl Measured {
     }
 }
 
-/// A measure of error.
 pub struct Measure {
     /// In the names of files.
     pub name: &'static str,
@@ -68,7 +64,6 @@ pub const MEASURES: [Measure; 2] = [
 ];
 
 /// Limits of repeats and times.
-#[derive(Debug, Clone, Copy)]
 pub struct Effort {
     /// Times that each run is repeated.
     pub repeats: usize,
@@ -138,11 +133,9 @@ fn first(run: Run, picture: Picture, whole_s: f64, truth: &[[f64; 4]]) -> Measur
     }
 }
 
-/// The columns of the file.
 pub const COLUMNS: &str = "scene,method,parameter,seconds_median,seconds_min,repeats,rmse,max_error,samples,bound_max,\
     bound_median,violations,bound_ratio";
 
-/// Those that are printed.
 pub const PRINTED: &str = "scene,method,parameter,seconds_median,rmse,max_error,samples,bound_max,violations,\
     bound_ratio";
 

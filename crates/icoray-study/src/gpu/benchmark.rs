@@ -40,8 +40,6 @@ pub(super) struct Benchmark<'a> {
     pub peaks: Peaks,
 }
 
-/// Measurements of a picture.
-#[derive(Debug, Clone)]
 pub(super) struct Row {
     pub setting: Setting,
     pub transfer: &'static str,
@@ -51,8 +49,6 @@ pub(super) struct Row {
     pub cpu_s: f64,
 }
 
-/// A picture on the GPU.
-#[derive(Debug, Clone)]
 pub(super) struct OnGpu {
     pub report: FrameReport,
     /// Seconds from end to end.

@@ -43,7 +43,6 @@ pub(super) struct Benchmark<'o> {
 }
 
 /// Frames of one scene on one number of threads.
-#[derive(Debug, Clone)]
 pub(super) struct Row {
     pub size: Size,
     pub cells: usize,
@@ -203,7 +202,6 @@ impl<'o> Benchmark<'o> {
     }
 }
 
-/// Cost of checking a grid's tables.
 #[derive(Debug, Clone)]
 pub(super) struct Setup {
     pub level: u32,

@@ -11,7 +11,6 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// A tool that counts instructions.
-#[derive(Debug)]
 pub(super) struct Tool {
     name: &'static str,
     /// The words of its command before the program's.
@@ -33,16 +32,12 @@ static VALGRIND: Tool = Tool {
 };
 
 /// Instructions per frustum that was read.
-#[derive(Debug, Clone)]
 pub(super) struct Counted {
-    /// The tool's name.
     pub tool: &'static str,
     pub size: Size,
     pub per_frustum: Vec<PerFrustum>,
 }
 
-/// Instructions per frustum of a scene.
-#[derive(Debug, Clone)]
 pub(super) struct PerFrustum {
     pub light: Light,
     pub transfer: &'static str,
@@ -50,7 +45,6 @@ pub(super) struct PerFrustum {
 }
 
 impl Tool {
-    /// The command that runs a program under the tool.
     fn command(&self, program: &Path) -> Command {
         let mut words = self.words.split(' ');
         let mut command = Command::new(words.next().unwrap_or_default());
@@ -112,7 +106,6 @@ impl Tool {
     }
 }
 
-/// This program's file.
 pub(super) fn program() -> Result<PathBuf> {
     std::env::current_exe().map_err(|e| Error::new(ErrorKind::Io, format!("this program: {e}")))
 }

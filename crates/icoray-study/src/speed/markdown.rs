@@ -7,7 +7,6 @@ use super::options::{Light, Options, Size, cores};
 use icoray::Result;
 use std::fmt::Write as _;
 
-/// All that was measured.
 pub(super) struct Measured<'m> {
     pub options: &'m Options,
     pub rows: &'m [Row],
@@ -59,7 +58,6 @@ impl Measured<'_> {
         text
     }
 
-    /// Names of transfer functions.
     fn names(&self, with_walk: bool) -> Vec<&'static str> {
         let mut names: Vec<&'static str> = Vec::new();
         for case in self.rows.iter().map(|row| row.setting.case) {
@@ -230,11 +228,9 @@ pub(super) const COLUMNS: &str = "level,layers,cells,pixels,threads,transfer,lig
     frame_least_s,frame_median_s,prepare_s,render_s,rays,columns,frusta_crossed,frusta_read,scalar_pieces,\
     frusta_crossed_per_s,frusta_read_per_s,bytes_read,bandwidth_percent,field_bytes,derived_bytes";
 
-/// Those that are printed.
 pub(super) const PRINTED: &str = "transfer,light,tolerance,threads,frame_least_s,frame_median_s,prepare_s,render_s,\
     frusta_crossed_per_s,frusta_read_per_s,bytes_read,bandwidth_percent";
 
-/// The bandwidths in words.
 pub(super) fn bandwidth_line(all: &[Bandwidth]) -> String {
     let of = |b: &Bandwidth| format!("{:.1} GB/s on {}", 1e-9 * b.bytes_per_s, cores(&[b.threads]));
     format!("memory is read in order at {}", all.iter().map(of).collect::<Vec<_>>().join(", "))
@@ -246,7 +242,6 @@ fn percent(row: &Row, all: &[Bandwidth]) -> f64 {
     100.0 * row.bytes as f64 / row.report.timing.render_s / max
 }
 
-/// A row's cells.
 pub(super) fn cells(row: &Row, options: &Options, bandwidths: &[Bandwidth]) -> Vec<String> {
     let (setting, timing, counts) = (&row.setting, &row.report.timing, &row.report.counts);
     let method = if setting.case.integrates { options.method.as_str() } else { "none" };

@@ -74,7 +74,6 @@ pub struct Options {
 pub struct Size {
     /// Bisections of the icosahedron.
     pub level: u32,
-    /// Layers.
     pub layers: usize,
 }
 

@@ -12,7 +12,6 @@ use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 
 /// What a bare run renders.
-#[derive(Debug, Clone, Copy)]
 pub(super) struct BareRun<'s> {
     pub size: Size,
     pub setting: &'s Setting,

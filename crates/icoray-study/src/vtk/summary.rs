@@ -56,7 +56,6 @@ impl Line {
         self.fixed + self.per_wedge * wedges
     }
 
-    /// Maximum number of wedges in so many bytes.
     fn max_wedges(&self, bytes: f64) -> f64 {
         (bytes - self.fixed) / self.per_wedge
     }
@@ -134,7 +133,6 @@ fn fits(name: &str, line: &Line, options: &Options) -> String {
 pub(super) const OURS: &str = "icoray";
 
 /// Cost and error of a renderer's picture.
-#[derive(Debug, Clone)]
 pub(super) struct Row {
     pub level: u32,
     pub transfer: &'static str,
@@ -149,7 +147,6 @@ pub(super) struct Row {
     pub comparison: Comparison,
 }
 
-#[derive(Debug, Clone, Copy)]
 pub(super) struct Seconds {
     /// Preparation before the first ray.
     pub prepare: f64,
