@@ -67,9 +67,6 @@ impl FieldStore {
 
     /// The picture's field over `cells`, and the number of bytes uploaded: 0 if it was cached. The inner error is that
     /// there is no room for it.
-    ///
-    /// # Errors
-    /// A [`FallbackReason`] if the device fails.
     pub fn get(
         &self,
         picture: &Picture,

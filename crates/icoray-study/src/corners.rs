@@ -59,9 +59,6 @@ struct Case {
 }
 
 /// Measures all scenes, prints a line for each and writes table and pictures.
-///
-/// # Errors
-/// Those of the library; [`icoray::ErrorKind::Io`] when `out` fails or a file cannot be written.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let renderer = Renderer::new(options.threads)?;
     let corners = select(corners(options), &options.scenes, |corner| corner.name)?;

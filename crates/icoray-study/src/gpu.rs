@@ -80,10 +80,6 @@ impl Options {
 }
 
 /// Measures, prints a line per picture, and writes `gpu.csv` and `gpu.md`.
-///
-/// # Errors
-/// [`ErrorKind::Unsupported`] where there is no such device; those of the library, and [`ErrorKind::Io`] when a
-/// result cannot be written.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let unsupported = |reason: &dyn std::fmt::Display| Error::new(ErrorKind::Unsupported, reason.to_string());
     let gpu = Arc::new(Gpu::new(options.device.clone()).map_err(|reason| unsupported(&reason))?);

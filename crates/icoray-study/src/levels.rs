@@ -42,9 +42,6 @@ const COLUMNS: &str =
 const SCENES: [(&str, Opacity); 2] = [("dense", |_| 0.5), ("lobes", multi_scale::lobes)];
 
 /// Measures all sizes and tolerances, prints a line for each and writes the table.
-///
-/// # Errors
-/// Those of the library; [`icoray::ErrorKind::Io`] when `out` fails or a file cannot be written.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let mut table = Table::create(options.out.join("levels.csv"), COLUMNS, COLUMNS)?;
     let mut markdown = "| grid | scene | tolerance | model's grid s | making grids s | values s | level | s | ratio | error \

@@ -52,9 +52,6 @@ struct Seen {
 }
 
 /// Measures and prints a row per size and light.
-///
-/// # Errors
-/// Those of the library; [`ErrorKind::Io`] when the page's server does not answer.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let renderer = Renderer::new(options.threads)?;
     let bar = progress(2 * options.sizes.len(), "live");

@@ -71,9 +71,6 @@ impl Table {
     }
 
     /// Appends a row; returns its printed line.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Io`] where it cannot be written or has more or fewer cells than the header.
     pub fn row(&mut self, cells: &[String]) -> Result<String> {
         self.writer.write_record(cells).map_err(|e| io_error(&self.path, e))?;
         self.writer.flush().map_err(|e| io_error(&self.path, e))?;

@@ -23,10 +23,6 @@ mod options;
 mod pairs;
 
 /// Measures, prints a line per scene and number of threads, and writes `speed.csv`, `speed.md` and pictures.
-///
-/// # Errors
-/// [`icoray::ErrorKind::Argument`] for an unknown transfer function; those of the library;
-/// [`icoray::ErrorKind::Io`] when a result cannot be written.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let settings = options.settings()?;
     if options.bare {

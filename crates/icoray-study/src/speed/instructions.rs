@@ -56,10 +56,7 @@ impl Tool {
         output.lines().find_map(self.count)
     }
 
-    /// The first tool that counts a run of this program with `--version`.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Unsupported`] where there is none.
+    /// The first tool that counts a run of this program with `--version`; an error where none does.
     pub fn find() -> Result<&'static Self> {
         let program = program()?;
         let counts = |tool: &&Tool| {

@@ -37,9 +37,6 @@ impl BareRun<'_> {
 }
 
 /// Prints least seconds of both builds, their ratio, the median ratio of pairs, and instructions per frustum.
-///
-/// # Errors
-/// [`ErrorKind::Io`] if a program cannot be run, or does not render frames on request.
 pub(super) fn compare(
     options: &Options,
     settings: &[Setting],
