@@ -78,7 +78,6 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         bar.suspend(|| say!(out, "{line}"))?;
         bar.inc(1);
     }
-    bar.finish_and_clear();
     replace_section(options.readme.as_deref(), "corners", &markdown)
 }
 

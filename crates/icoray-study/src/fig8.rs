@@ -112,7 +112,6 @@ fn pictures(
             bar.inc(1);
         }
     }
-    bar.finish_and_clear();
     Ok(pictures)
 }
 

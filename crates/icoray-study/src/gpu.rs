@@ -140,6 +140,5 @@ fn measure(
         }
         all.push(rows);
     }
-    bar.finish_and_clear();
     Ok(all)
 }

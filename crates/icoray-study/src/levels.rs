@@ -68,7 +68,6 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
             }
         }
     }
-    bar.finish_and_clear();
     replace_section(options.readme.as_deref(), "levels", &markdown)
 }
 

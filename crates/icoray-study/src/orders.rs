@@ -184,7 +184,6 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         bar.suspend(|| print(out, &list))?;
         bar.inc(1);
     }
-    bar.finish_and_clear();
     Ok(())
 }
 

@@ -144,7 +144,6 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         }
         bar.inc(1);
     }
-    bar.finish_and_clear();
     Ok(())
 }
 

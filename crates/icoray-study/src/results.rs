@@ -6,6 +6,7 @@ use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+/// A bar is cleared where it is dropped.
 pub(crate) use icoray_progress::steps as progress;
 
 /// Prints a formatted line and flushes it, so that the progress of a long study is visible.

@@ -131,7 +131,6 @@ fn exchange(options: &Options, out: &mut dyn Write) -> Result<()> {
             bar.inc(1);
         }
     }
-    bar.finish_and_clear();
     Ok(())
 }
 
