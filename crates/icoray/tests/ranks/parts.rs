@@ -8,10 +8,10 @@ use icoray_test_support::{count, is_long};
 
 use crate::common::{
     FAR, LIT, NEAR, assert_same_refusal, at_centers, columns_of, difference, level_fastest, on_ranks, picture,
-    pixel_difference, refusal,
+    pixel_difference, refusal, waves,
 };
 use crate::culled::{Culled, Mark, Style, holes};
-use crate::spread::{Spread, partitions, waves, without_holes};
+use crate::spread::{Spread, partitions, without_holes};
 
 const LAYERS: usize = 4;
 const HEIGHT_M: [f64; LAYERS] = [0.0, 5e3, 12e3, 20e3];

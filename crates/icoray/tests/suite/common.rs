@@ -2,6 +2,7 @@
 
 #![allow(dead_code, reason = "each crate that includes this takes what it needs of it")]
 
+use super::culled::directions;
 use glam::DVec3;
 use icoray::ranks::on_local_nodes;
 use icoray::{
@@ -13,6 +14,21 @@ use std::fmt::Debug;
 pub const FAR: &str = "lon = 20\nlat = 35\ndistance = 3.2\nfov = 45";
 pub const NEAR: &str = "lon = -100\nlat = -60\ndistance = 1.9\nfov = 60";
 pub const LIT: &str = "[light]\nkind = \"headlight\"";
+/// In the shell.
+pub const INSIDE: &str = "eye = [1.02, 0.3, 0.1]\ntarget = [0, 1.2, 0.3]\nfov = 100";
+pub const SHELL: &str = "knots = [ { value = 0.1, color = \"red\", extinction = 0 }, { value = 0.3, color = \"green\", extinction = 40 }, \
+     { value = 0.5, color = \"blue\", extinction = 0 } ]";
+pub const DENSE: &str = "knots = [ { value = -0.8, color = \"blue\", extinction = 4 }, { value = -0.2, color = \"white\", extinction = 1 }, \
+     { value = 0.3, color = \"yellow\", extinction = 1 }, { value = 0.8, color = \"red\", extinction = 9 } ]";
+
+/// A scene of the field f, in which `rest` has further keys and, behind a bar, further tables.
+pub fn scene(camera: &str, transfer: &str, rest: &str) -> Scene {
+    let (rest, light) = rest.split_once('|').unwrap_or((rest, ""));
+    Scene::parse(&format!(
+        "field = \"f\"\n{rest}\n[image]\nwidth = 72\nheight = 60\n[camera]\n{camera}\n[transfer]\n{transfer}\n{light}\n"
+    ))
+    .unwrap()
+}
 
 /// An icosahedral mesh of `level` bisections and its grid, which stay until the process ends.
 pub fn icosahedral(level: u32) -> (&'static IcosahedralMesh, Grid<'static>) {
@@ -23,6 +39,16 @@ pub fn icosahedral(level: u32) -> (&'static IcosahedralMesh, Grid<'static>) {
 /// The values of each column and layer, level-fastest.
 pub fn over_columns<V>(columns: usize, layers: usize, value: impl Fn(usize, usize) -> V) -> Vec<V> {
     (0..columns * layers).map(|i| value(i / layers, i % layers)).collect()
+}
+
+/// A field at all cells or corners, level-fastest.
+pub fn waves(mesh: &IcosahedralMesh, location: Location, layers: usize) -> Vec<f64> {
+    let at = match location {
+        Location::Center => directions(&mesh.lon_center_rad, &mesh.lat_center_rad),
+        Location::Corner => directions(&mesh.lon_corner_rad, &mesh.lat_corner_rad),
+    };
+    let wave = |p: DVec3, layer: usize| (3.0 * p.x).sin() * (4.0 * p.y).cos() + p.z + 0.3 * layer as f64;
+    over_columns(at.len(), layers, |column, layer| wave(at[column], layer))
 }
 
 /// A grid with the fields f and g on layers that follow mountains and get even upwards.
@@ -65,6 +91,38 @@ impl TwoFields {
     }
 }
 
+/// A grid with the field f on layers 0.05 planet radii apart.
+pub struct OneField {
+    grid: Grid<'static>,
+    layers: Layers,
+    values: Vec<f32>,
+}
+
+impl OneField {
+    /// `value` gives that of a cell, at a direction, on one of `count` layers.
+    pub fn new(level: u32, count: usize, value: impl Fn(usize, DVec3, usize) -> f64) -> Self {
+        let (_, grid) = icosahedral(level);
+        let heights: Vec<f64> = (0..count).map(|layer| 0.05 * layer as f64).collect();
+        let value = |cell: usize, layer: usize| value(cell, grid.direction(cell as u32), layer) as f32;
+        let layers = Layers::from_heights(&heights, 1.0).unwrap();
+        OneField { values: over_columns(grid.cells(), count, value), layers, grid }
+    }
+
+    fn draw_over(&self, scene: &Scene, ranks: &mut Ranks, threads: usize) -> Rendered {
+        let field = at_centers(&self.values, self.layers.count());
+        Renderer::new(threads).unwrap().render_over(ranks, scene, &self.grid, &self.layers, &field).unwrap()
+    }
+
+    pub fn draw(&self, scene: &Scene, threads: usize) -> Frame {
+        picture(vec![self.draw_over(scene, &mut Ranks::alone(), threads)]).0
+    }
+
+    /// Over ranks of one thread each, which all have the whole grid.
+    pub fn draw_on(&self, scene: &Scene, ranks: usize) -> (Frame, Vec<FrameReport>) {
+        picture(on_ranks(ranks, |ranks| self.draw_over(scene, ranks, 1)))
+    }
+}
+
 /// A field without missing values, level-fastest.
 pub fn level_fastest<S>(values: &[S], layers: usize, location: Location) -> Field<'_>
 where
@@ -73,7 +131,6 @@ where
     Field::level_fastest(values, layers, location).unwrap()
 }
 
-/// [`level_fastest`] at the centres of cells.
 pub fn at_centers<S>(values: &[S], layers: usize) -> Field<'_>
 where
     for<'v> Reals<'v>: From<&'v [S]>,

@@ -1,15 +1,10 @@
 //! Levels of detail: pictures of values that were drawn before are traced on coarser grids, within their errors.
 
-use crate::common::{FAR, LIT, at_centers, count_beyond, icosahedral};
+use crate::common::{DENSE, FAR, INSIDE, LIT, SHELL, at_centers, count_beyond, icosahedral, scene};
 use icoray::{Frame, Grid, Layers, Precision, Renderer, Scene};
 use icoray_test_support::Random;
 
 const LAYERS: usize = 9;
-const INSIDE: &str = "eye = [1.02, 0.3, 0.1]\ntarget = [0, 1.2, 0.3]\nfov = 100";
-const DENSE: &str = "knots = [ { value = -0.8, color = \"blue\", extinction = 4 }, { value = -0.2, color = \"white\", extinction = 1 }, \
-     { value = 0.3, color = \"yellow\", extinction = 1 }, { value = 0.8, color = \"red\", extinction = 9 } ]";
-const SHELL: &str = "knots = [ { value = 0.1, color = \"red\", extinction = 0 }, { value = 0.3, color = \"green\", extinction = 40 }, \
-     { value = 0.5, color = \"blue\", extinction = 0 } ]";
 const STEPS: &str = "knots = [ { value = -0.5, color = \"orange\", extinction = 30 }, { value = -0.5, color = \"blue\", extinction = 0 }, \
      { value = 0.2, color = \"blue\", extinction = 0 }, { value = 0.2, color = \"white\", extinction = 9 } ]";
 /// Stripes of one extinction: only the colours of a level differ.
@@ -49,13 +44,6 @@ impl Model {
         let renderer = Renderer::new(2).unwrap().with_levels();
         scenes.map(|scene| renderer.render(scene, &self.grid, &self.layers, &field).unwrap())
     }
-}
-
-fn scene(camera: &str, transfer: &str, rest: &str) -> Scene {
-    Scene::parse(&format!(
-        "field = \"f\"\n{rest}\n[image]\nwidth = 72\nheight = 60\n[camera]\n{camera}\n[transfer]\n{transfer}\n"
-    ))
-    .unwrap()
 }
 
 #[test]

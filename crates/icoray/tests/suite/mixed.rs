@@ -11,7 +11,6 @@ use std::ops::ControlFlow;
 
 const LAYERS: usize = 9;
 
-/// Two fields of waves.
 fn waves(level: u32) -> TwoFields {
     let wave = |d: DVec3, h: f64, phase: f64| {
         (5.0 * d.x + phase).sin() * (4.0 * d.y - phase).cos() + 0.8 * (7.0 * d.z * h + phase).sin()

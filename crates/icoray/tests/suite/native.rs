@@ -89,7 +89,6 @@ fn general(scene: &Scene) -> Scene {
     scene
 }
 
-/// Checks packets against single rays.
 fn compare(model: &Model, scene: &Scene, name: &str) {
     let [packets, exact] = [scene.clone(), general(scene)].map(|scene| model.draw(&scene, Savings::ALL));
     let wrong = count_beyond(&packets, &exact, f32::EPSILON);

@@ -128,11 +128,10 @@ fn fields_at_corners_make_the_very_picture_of_the_whole() {
 /// Statistics of conditions count each corner once.
 #[test]
 fn a_rank_without_corners_has_none_of_a_field() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
+    let (mesh, grid) = icosahedral(2);
     let corners = mesh.lon_corner_rad.len();
-    let locals = locals(&mesh, 2, &partitions(mesh.cells(), 2)[0]);
+    let locals = locals(mesh, 2, &partitions(mesh.cells(), 2)[0]);
     let summaries = on_nodes(&[0, 0], |ranks| {
-        let grid = Grid::new(mesh.tables()).unwrap();
         let mut mine = LocalCorners::numbered(corners, ranks.rank(), &vec![0; corners]);
         if ranks.rank() == 1 {
             (mine.rows, mine.numbers) = (Vec::new(), None);
@@ -150,9 +149,9 @@ fn a_rank_without_corners_has_none_of_a_field() {
 
 #[test]
 fn corners_that_do_not_fit_are_refused_on_all_ranks() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
+    let (mesh, grid) = icosahedral(2);
     let (cells, corners) = (mesh.cells(), mesh.lon_corner_rad.len());
-    let locals = locals(&mesh, 3, &partitions(cells, 3)[1]);
+    let locals = locals(mesh, 3, &partitions(cells, 3)[1]);
     let owner = &partitions(corners, 3)[0];
     type Damage = fn(&mut Vec<i64>, &mut Vec<i32>);
     let cases: [(Damage, &str); 6] = [
@@ -174,7 +173,6 @@ fn corners_that_do_not_fit_are_refused_on_all_ranks() {
     ];
     for (damage, words) in cases {
         let refused = on_nodes(&[0, 1, 0], |ranks| {
-            let grid = Grid::new(mesh.tables()).unwrap();
             let mut mine = LocalCorners::numbered(corners, ranks.rank(), owner);
             if let (1, Some((global, marks))) = (ranks.rank(), &mut mine.numbers) {
                 // Without the halo, which has corner 0 perhaps.
@@ -189,7 +187,6 @@ fn corners_that_do_not_fit_are_refused_on_all_ranks() {
     }
     // A single rank has all of them, as they are in the tables.
     let alone = |damage: fn(&mut Vec<i64>)| {
-        let grid = Grid::new(mesh.tables()).unwrap();
         let mut global: Vec<i64> = (0..corners as i64).collect();
         damage(&mut global);
         let all: Vec<i64> = (0..cells as i64).collect();
@@ -204,7 +201,6 @@ fn corners_that_do_not_fit_are_refused_on_all_ranks() {
     assert_eq!(words, "corner_global: 319 rows, expected 320, one per corner");
     // With parts, either all ranks have a number for each corner of their tables, or none has.
     let refused = on_nodes(&[0, 0], |ranks| {
-        let grid = Grid::new(mesh.tables()).unwrap();
         let all: Vec<i64> = (0..cells as i64).collect();
         let marks: Vec<i32> = (0..cells).map(|cell| i32::from(cell % 2 == ranks.rank())).collect();
         let part = PartCells { global: all.as_slice().into(), owned: Owned::Marked(&marks) };
@@ -221,9 +217,9 @@ fn corners_that_do_not_fit_are_refused_on_all_ranks() {
 
 #[test]
 fn fields_that_ranks_have_at_other_places_are_an_error() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
+    let (mesh, grid) = icosahedral(2);
     let corners = mesh.lon_corner_rad.len();
-    let locals = locals(&mesh, 3, &partitions(mesh.cells(), 3)[1]);
+    let locals = locals(mesh, 3, &partitions(mesh.cells(), 3)[1]);
     let wide = vec![0.5; 4000];
     let cases: [(ErrorKind, &str); 2] = [
         (ErrorKind::Mpi, "rank 1: has \"q\" at corners, but \"q\" at centres on rank 0"),
@@ -231,7 +227,6 @@ fn fields_that_ranks_have_at_other_places_are_an_error() {
     ];
     for (is_short, (kind, words)) in cases.into_iter().enumerate() {
         let refusals = on_nodes(&[0, 1, 0], |ranks| {
-            let grid = Grid::new(mesh.tables()).unwrap();
             let mine = LocalCorners::numbered(corners, ranks.rank(), &partitions(corners, 3)[1]);
             let decomposition = mine.decomposition(ranks, &grid, &locals[ranks.rank()]).unwrap();
             let columns = if is_short == 1 { 5 } else { mine.rows.len() };

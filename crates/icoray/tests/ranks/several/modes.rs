@@ -98,8 +98,8 @@ fn savings_change_nothing_beyond_errors() {
         let all = world.draw(renderer(), &scene);
         let none = Savings { ends: true, ..Savings::NONE };
         assert!(bits(&world.draw(renderer().with_savings(none), &scene)) == bits(&all), "{name}");
-        let (wrong, most) = beyond(&world.draw(renderer().with_savings(Savings::NONE), &scene), &all, 0.0);
-        assert_eq!(wrong, 0, "{name}: {most:e} at most");
+        let none = world.draw(renderer().with_savings(Savings::NONE), &scene);
+        assert_eq!(count_beyond(&none, &all, 0.0), 0, "{name}: {:e} at most", difference(&none, &all));
     }
 }
 

@@ -40,7 +40,7 @@ fn of_nodes(
 /// Checks that so few pixels are beyond their errors, and so little, that it may be lines which reach over a node's
 /// border by a part of their width.
 fn assert_near(frame: &Frame, expected: &Frame, trying: &str) {
-    let (wrong, most) = beyond(frame, expected, 1e-6);
+    let (wrong, most) = (count_beyond(frame, expected, 1e-6), difference(frame, expected));
     println!("{trying}: {wrong} beyond, {most:e} at most");
     assert!(wrong <= 4 && most < 0.05, "{trying}: {wrong}, {most:e}");
 }
@@ -266,7 +266,7 @@ fn pictures_of_several_nodes_differ_by_less_than_the_tolerance() {
         for (partition, owner) in partitions(mesh, 4) {
             let spread = Spread::new(mesh, 4, &owner);
             let (frame, _) = of_nodes(&spread, (mesh, &owner), &scene, Location::Center, &[0, 1, 2, 3]);
-            let (_, most) = beyond(&frame, &expected, 0.0);
+            let most = difference(&frame, &expected);
             println!("tolerance {tolerance:e}, {partition}: {most:.1e}");
             assert!(f64::from(most) <= tolerance + 1e-6, "tolerance {tolerance:e}, {partition}: {most:e}");
         }

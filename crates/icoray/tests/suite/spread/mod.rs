@@ -4,10 +4,10 @@
 
 #![allow(dead_code, reason = "each test takes what it needs of this")]
 
-use super::common::{on_nodes, over_columns};
-use super::culled::{Culled, Mark, Style, towards};
+use super::common::on_nodes;
+use super::culled::{Culled, Mark, Style, directions};
 use glam::DVec3;
-use icoray::{Decomposition, Grid, IcosahedralMesh, Location, Owned, PartCells, Ranks};
+use icoray::{Decomposition, Grid, IcosahedralMesh, Owned, PartCells, Ranks};
 use icoray_test_support::Random;
 
 /// A mesh of which each cell has an owner.
@@ -83,20 +83,6 @@ impl Spread {
 pub fn without_holes(mut owner: Vec<usize>, stays: &[bool]) -> Vec<usize> {
     owner.iter_mut().zip(stays).filter(|(_, stays)| !**stays).for_each(|(owner, _)| *owner = NO_OWNER);
     owner
-}
-
-pub fn directions(lon_rad: &[f64], lat_rad: &[f64]) -> Vec<DVec3> {
-    lon_rad.iter().zip(lat_rad).map(|(lon, lat)| towards(lon.to_degrees(), lat.to_degrees())).collect()
-}
-
-/// A field at all cells or corners, level-fastest.
-pub fn waves(mesh: &IcosahedralMesh, location: Location, layers: usize) -> Vec<f64> {
-    let at = match location {
-        Location::Center => directions(&mesh.lon_center_rad, &mesh.lat_center_rad),
-        Location::Corner => directions(&mesh.lon_corner_rad, &mesh.lat_corner_rad),
-    };
-    let wave = |p: DVec3, layer: usize| (3.0 * p.x).sin() * (4.0 * p.y).cos() + p.z + 0.3 * layer as f64;
-    over_columns(at.len(), layers, |column, layer| wave(at[column], layer))
 }
 
 /// Partitions with their names: who owns each cell.
