@@ -1,6 +1,6 @@
 //! Scenes and fields of the tests, and the comparison of the GPU's picture with the CPU's.
 
-pub use crate::common::{at_centers, count_beyond, icosahedral, laid_out, level_fastest, over_columns};
+pub use crate::common::{LIT, at_centers, count_beyond, icosahedral, laid_out, level_fastest, over_columns};
 use crate::culled::{Culled, Mark, Style, holes};
 use glam::DVec3;
 use icoray::{Counts, Field, Frame, Grid, IcosahedralMesh, Layers, Method, Renderer, Savings, Scene};

@@ -1,7 +1,7 @@
 //! Lines on layers, and cores with land, sea and lines, whose light the host adds to fragments of rays.
 
 use super::common::*;
-use super::scenes::{HEAD, SHINY, SURFACES, TwoFields, compare};
+use super::scenes::{SHINY, SURFACES, TwoFields, compare};
 use icoray::Fields;
 
 const COASTS: &str = "[[lines]]\npattern = \"coast\"\non = 2\ncolor = \"black\"\nopacity = 0.9\nwidth = 1.5\n";
@@ -19,7 +19,7 @@ fn lines_and_grounds() {
     let both = TwoFields::new(4, &THICK_M);
     for (what, where_, transfer, text) in [
         ("on a sphere and layers", FAR, STEPS, format!("{HIGH}{GRATICULE}{CELLS}")),
-        ("over surfaces, lit", FAR, SMOOTH, format!("{COASTS}{CELLS}{}\n{HEAD}", SURFACES[5].1)),
+        ("over surfaces, lit", FAR, SMOOTH, format!("{COASTS}{CELLS}{}\n{LIT}", SURFACES[5].1)),
         ("ground, lit", POLE, RAMP, format!("{EARTH}{ON_CORE}{SHINY}")),
     ] {
         both.compare(what, &scene(where_, &format!("{transfer}\n{text}"), CORES[0]), 0);

@@ -3,7 +3,6 @@
 use super::common::*;
 use icoray::{Field, Layers, Location, Renderer, Shape};
 
-const HEAD: &str = "[light]\nkind = \"headlight\"";
 const SUN: &str = "[light]\nkind = \"sun\"\nlon = 75\nlat = 40\nspecular = 0";
 const GLOSSY: &str = "[light]\nkind = \"headlight\"\nambient = 0.1\ndiffuse = 0.6\nspecular = 0.9\nshininess = 200";
 const SHINY: &str =
@@ -11,7 +10,7 @@ const SHINY: &str =
 /// Behind the planet, as [`FAR`] sees it.
 const BEHIND: &str = "[light]\nkind = \"sun\"\nlon = 210\nlat = -25\nspecular = 0.7";
 const LIGHTS: [(&str, &str); 5] =
-    [("headlight", HEAD), ("sun", SUN), ("glossy", GLOSSY), ("shiny", SHINY), ("behind", BEHIND)];
+    [("headlight", LIT), ("sun", SUN), ("glossy", GLOSSY), ("shiny", SHINY), ("behind", BEHIND)];
 
 #[test]
 fn lights_transfer_functions_and_cores() {
@@ -73,7 +72,7 @@ fn lit_thin_layers_on_a_real_earth() {
     let heights: Vec<f64> = (0..31).map(|k| 100.0 * f64::from(k)).collect();
     let sphere = Sphere::new(5, &heights);
     for (transfer, text) in TRANSFERS {
-        for (light, lamp) in [("headlight", HEAD), ("shiny", SHINY)] {
+        for (light, lamp) in [("headlight", LIT), ("shiny", SHINY)] {
             for (camera, where_) in [("far", FAR), ("limb", LIMB), ("inside", IN_THIN)] {
                 let name = format!("100 m, {light}, {transfer}, {camera}");
                 let scene = scene(where_, &format!("{text}\n{lamp}"), "core = \"gray\"");

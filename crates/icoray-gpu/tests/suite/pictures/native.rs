@@ -1,7 +1,7 @@
 //! Layers at other heights over each cell.
 
 use super::common::*;
-use super::scenes::{HEAD, ISOSURFACES, SURFACES, TwoFields, compare, compare_edges};
+use super::scenes::{ISOSURFACES, SURFACES, TwoFields, compare, compare_edges};
 use super::volumes;
 
 /// Heights of layers that follow mountains, some of which have no thickness; some columns have no heights.
@@ -31,8 +31,8 @@ fn layers_at_native_heights() {
     let hollow = format!("{NATIVE}\ncore = \"transparent\"");
     for (what, where_, text, rest) in [
         ("surfaces, cut", POLE, format!("{STEPS}\n{}", SURFACES[5].1), NATIVE),
-        ("cells and spheres, lit", FAR, format!("{RAMP}\n{}\n{HIGH}\n{HEAD}", SURFACES[3].1), NATIVE),
-        ("isosurfaces, cut, lit", INSIDE, format!("{RAMP}\n{}\n{HEAD}", ISOSURFACES[5].1), &hollow),
+        ("cells and spheres, lit", FAR, format!("{RAMP}\n{}\n{HIGH}\n{LIT}", SURFACES[3].1), NATIVE),
+        ("isosurfaces, cut, lit", INSIDE, format!("{RAMP}\n{}\n{LIT}", ISOSURFACES[5].1), &hollow),
     ] {
         let scene = scene(where_, &text, rest);
         // A ray grazes an isosurface.

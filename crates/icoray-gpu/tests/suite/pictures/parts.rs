@@ -13,7 +13,6 @@ use icoray::{
 use icoray_gpu::{Gpu, MemoryLimits};
 use std::sync::Arc;
 
-const HEAD: &str = "[light]\nkind = \"headlight\"";
 const SUN: &str = "[light]\nkind = \"sun\"\nlon = 75\nlat = 40\nspecular = 0.5";
 const CORE: &str = "exaggeration = 60\ncore = \"gray\"\ntolerance = 1e-6";
 const HOLLOW: &str = "exaggeration = 60\ncore = \"transparent\"\nbackground = \"white\"\ntolerance = 1e-6";
@@ -99,7 +98,7 @@ fn parts_make_the_picture_of_the_whole() {
         ("inside", scene(INSIDE, SMOOTH, HOLLOW)),
         ("steps", scene(RADIAL, STEPS, CORE)),
         ("dense", scene(FAR, DENSE, CORE)),
-        ("headlight", scene(FAR, &format!("{RAMP}\n{HEAD}"), &CORE.replace("1e-6", "1e-4"))),
+        ("headlight", scene(FAR, &format!("{RAMP}\n{LIT}"), &CORE.replace("1e-6", "1e-4"))),
         ("sun", scene(INSIDE, &format!("{SMOOTH}\n{SUN}"), &HOLLOW.replace("1e-6", "1e-4"))),
     ];
     for (i, (name, scene)) in scenes.iter().enumerate() {
@@ -128,7 +127,7 @@ fn parts_of_scenes_make_the_picture_of_the_whole() {
     let all = vec![true; mesh.cells()];
     for (i, (what, text, stays, camera)) in [
         ("lines, lit", format!("{}{SUN}", native::LINES), &lakes, FAR),
-        ("native heights, lit", format!("{}\n{HEAD}", ISOSURFACES[3].1), &all, FAR),
+        ("native heights, lit", format!("{}\n{LIT}", ISOSURFACES[3].1), &all, FAR),
         ("two volumes", volumes::contents("two"), &all, FAR),
         ("isosurfaces, cut", ISOSURFACES[5].1.to_owned(), &lakes, INSIDE),
         ("cells, a lake", format!("{CELLS}{ON_CORE}"), &lakes, FAR),
@@ -233,7 +232,7 @@ fn parts_in_pages_do_not_show() {
     let paged = limited(Some(256 << 10), None);
     for (name, scene) in [
         ("far", scene(FAR, &format!("{RAMP}\n{SUN}"), &loose)),
-        ("close", scene(CLOSE, &format!("{SMOOTH}\n{HEAD}"), &loose)),
+        ("close", scene(CLOSE, &format!("{SMOOTH}\n{LIT}"), &loose)),
         ("in time", scene(FAR, SMOOTH, &format!("{CORE}\ntime_budget_ms = 3600000"))),
     ] {
         let expected = whole(mesh, &stays, &scene, values);

@@ -5,7 +5,6 @@ use icoray::{Counts, Fields, Frame, Grid, Layers, Location, Precision, Renderer,
 
 pub const SHINY: &str =
     "[light]\nkind = \"sun\"\nlon = 10\nlat = -20\nambient = 0.2\ndiffuse = 0.8\nspecular = 1\nshininess = 30";
-pub const HEAD: &str = "[light]\nkind = \"headlight\"";
 
 /// Cuts of all kinds, one by one and together.
 const CLIPS: [(&str, &str); 9] = [
@@ -143,7 +142,7 @@ fn cut_volumes() {
             }
         }
         both.compare_edges(clip, &scene(FAR, &format!("{DENSE}\n{text}"), CORES[0]));
-        for (light, lamp) in [("headlight", HEAD), ("shiny", SHINY)] {
+        for (light, lamp) in [("headlight", LIT), ("shiny", SHINY)] {
             let scene = scene(FAR, &format!("{SMOOTH}\n{lamp}\n{text}"), CORES[0]);
             both.compare(&format!("{clip}, {light}"), &scene, 0);
         }
@@ -174,7 +173,7 @@ fn cuts_of_thin_layers_and_of_meshes_with_holes() {
 
 /// Names of views with their cameras and lights.
 const VIEWS: [(&str, &str, &str); 4] =
-    [("far", FAR, ""), ("inside", INSIDE, ""), ("headlight", FAR, HEAD), ("shiny", FAR, SHINY)];
+    [("far", FAR, ""), ("inside", INSIDE, ""), ("headlight", FAR, LIT), ("shiny", FAR, SHINY)];
 
 /// Draws all that is `shown` in these views, and its edges; up to `stray` pixels of the number of what is shown may be
 /// beyond their errors.
@@ -259,7 +258,7 @@ fn surfaces_without_a_volume() {
         Scene::parse(&text).unwrap()
     };
     let both = TwoFields::new(4, &THICK_M);
-    for scene in [text("layer = 2", ""), text("layer = 2", HEAD), text("height_m = 8000", "")] {
+    for scene in [text("layer = 2", ""), text("layer = 2", LIT), text("height_m = 8000", "")] {
         both.compare("alone", &scene, 0);
         each_mesh_with_holes(|hole, grid, layers, field| {
             drop(compare(&format!("alone, {hole}"), &scene, (grid, layers), || Fields::new([("f", *field)]), 0));
@@ -307,7 +306,7 @@ fn isosurfaces_without_a_volume() {
     let sphere = Sphere::new(4, &THICK_M);
     let (grid, layers) = (&sphere.grid, &sphere.layers);
     let far: Vec<f64> = sphere.values.iter().map(|x| 1e6 + f64::from(*x)).collect();
-    for lamp in ["", HEAD] {
+    for lamp in ["", LIT] {
         let text = format!(
             "antialias = false\nexaggeration = 60\ncore = \"gray\"\n[image]\nwidth = 48\nheight = 40\n\
              [camera]\n{FAR}\n[[isosurfaces]]\nfield = \"f\"\nvalue = 1000000.25\ncolor = \"orange\"\nopacity = 0.5\n\

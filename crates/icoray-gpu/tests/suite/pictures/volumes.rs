@@ -1,7 +1,7 @@
 //! Scenes of several volumes, or of one whose opacity is that of another field.
 
 use super::common::*;
-use super::scenes::{HEAD, SHINY, TwoFields, compare};
+use super::scenes::{SHINY, TwoFields, compare};
 use icoray::{Fields, Scene};
 
 const ONE: &str = "[[volumes]]\nfield = \"f\"\ntransfer = { map = \"viridis\", range = [-1, 1], \
@@ -79,7 +79,7 @@ fn several_volumes() {
 
 #[test]
 fn several_lit_volumes() {
-    compare_all(&[("headlight", HEAD), ("shiny", SHINY)], &[("far", FAR)]);
+    compare_all(&[("headlight", LIT), ("shiny", SHINY)], &[("far", FAR)]);
 }
 
 /// Where transfer functions jump, which the CPU crosses in double precision.
@@ -107,7 +107,7 @@ fn several_volumes_of_other_fields_and_layers() {
         opacity = [[999999.2, 0.7], [999999.8, 0.0], [1000000.3, 0.0], [1000000.8, 0.95]] }\n";
     let fields = || Fields::new([("f", sphere.field()), ("g", at_centers(&far, heights.len()))]);
     for (camera, where_) in [("far", FAR), ("limb", LIMB), ("inside", IN_THIN)] {
-        for lamp in ["", HEAD] {
+        for lamp in ["", LIT] {
             let scene = scene_of(where_, &[ONE, shifted], "core = \"gray\"", lamp);
             compare(&format!("100 m, {camera}, {lamp}"), &scene, (&sphere.grid, &sphere.layers), fields, 0);
         }
