@@ -3,9 +3,10 @@
 //! There is no traversal: all triangles are tested in f64 with a margin, and candidates are solved in double-double.
 //! The parts found must cover the ray without a gap.
 //!
-//! Along a ray through layers of any heights, with the coordinates α of a point in the unit vectors of a triangle's cells,
-//! the facet of a layer with the radii R is `ψ = Σ α/R = 1`, and the value between two facets, linear along the radius,
-//! is `((1 - ψ') Σ αg/R + (ψ - 1) Σ αg'/R') / (ψ - ψ')`: a sum of the six vertices' values with weights that add up to 1.
+//! Along a ray through layers of any heights, with the coordinates α of a point in the unit vectors of a triangle's
+//! cells, the facet of a layer with the radii R is `ψ = Σ α/R = 1`, and the value between two facets, linear along the
+//! radius, is `((1 - ψ') Σ αg/R + (ψ - 1) Σ αg'/R') / (ψ - ψ')`: a sum of the six vertices' values with weights that
+//! add up to 1.
 
 use crate::double_double::Dd;
 use crate::ray::Ray;

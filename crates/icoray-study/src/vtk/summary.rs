@@ -1,4 +1,5 @@
-//! A renderer's row of the table, and the summary of all: time and memory relative to icoray's, and the largest grids in a given memory.
+//! A renderer's row of the table, and the summary of all: time and memory relative to icoray's, and the largest grids
+//! in a given memory.
 
 use super::Options;
 use icoray_reference::comparison::Comparison;

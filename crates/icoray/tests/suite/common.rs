@@ -62,8 +62,8 @@ pub struct TwoFields {
 }
 
 impl TwoFields {
-    /// Over `count` layers up to the height `top`, in planet radii; `values` gives those of f and g at a direction and a
-    /// height from 0 to 1, `mountain` the height of the ground.
+    /// Over `count` layers up to the height `top`, in planet radii; `values` gives those of f and g at a direction and
+    /// a height from 0 to 1, `mountain` the height of the ground.
     pub fn new(
         (level, count, top): (u32, usize, f64),
         values: impl Fn(DVec3, f64) -> [f64; 2],
