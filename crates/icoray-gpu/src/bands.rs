@@ -95,7 +95,6 @@ impl<'b> Bands<'b> {
         })
     }
 
-    /// Number of rays of the largest band.
     pub fn max_rays(&self) -> usize {
         max_rays(&self.list, self.tiles)
     }

@@ -16,7 +16,6 @@ pub(crate) const NON_PAGE_STORAGE_BUFFERS: u32 = 14;
 /// them their threads end.
 static IDLE: Mutex<Vec<OpenDevice>> = Mutex::new(Vec::new());
 
-/// An open device of an adapter.
 #[derive(Debug, Clone)]
 pub(crate) struct OpenDevice {
     info: wgpu::AdapterInfo,
@@ -111,7 +110,6 @@ impl Context {
         format!("{name} ({driver} {driver_info})")
     }
 
-    /// Number of buffers created so far.
     pub fn buffers_created(&self) -> u64 {
         self.buffers_created.load(Ordering::Relaxed)
     }

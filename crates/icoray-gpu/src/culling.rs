@@ -17,7 +17,6 @@ const LARGE: usize = 4 << 20;
 /// Number of views of a grid whose cells are cached.
 const CACHED_VIEWS: usize = 8;
 
-/// A set of cells of a grid.
 #[derive(Debug)]
 pub(crate) struct CellSet {
     /// Unique in the process.
@@ -142,7 +141,6 @@ pub(crate) struct Culling {
 }
 
 impl Culling {
-    /// Culls the cells of `grid`.
     pub fn new(grid: &Grid) -> Self {
         Culling { extents: CellExtents::new(grid), cached: Mutex::default() }
     }

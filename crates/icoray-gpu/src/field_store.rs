@@ -2,11 +2,13 @@
 
 use crate::context::{Context, NON_PAGE_STORAGE_BUFFERS};
 use crate::culling::CellSet;
-use crate::device_field::{DeviceField, FieldLayout, GradientKey, VALUE_BYTES};
-use crate::gradient;
+use crate::device_field::{DeviceField, FieldLayout, GradientKey, VALUE_BYTES, visible_layers};
+use crate::layout::Around;
 use crate::picture::Picture;
+use crate::pipelines::{bind_group, dispatch, page_group};
+use crate::pool::PooledBuffer;
+use crate::shader::Contents;
 use crate::staging::StagingBuffers;
-use crate::visible_layers::visible_layers;
 use icoray::device::{FallbackReason, Job};
 use std::borrow::Cow;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -38,7 +40,6 @@ pub(crate) struct FieldStore {
 }
 
 impl FieldStore {
-    /// An empty store.
     pub fn new(max_bytes: u64) -> Self {
         FieldStore { cached: Mutex::default(), staging: StagingBuffers::default(), max_bytes }
     }
@@ -66,9 +67,6 @@ impl FieldStore {
 
     /// The picture's field over `cells`, and the number of bytes uploaded: 0 if it was cached. The inner error is that
     /// there is no room for it.
-    ///
-    /// # Errors
-    /// A [`FallbackReason`] if the device fails.
     pub fn get(
         &self,
         picture: &Picture,
@@ -160,7 +158,7 @@ impl FieldStore {
                 rests.push(page);
             }
         }
-        let of_gradients = if rests.is_empty() { 0 } else { gradient::submit(picture, field, &rests)? };
+        let of_gradients = if rests.is_empty() { 0 } else { compute_gradients(picture, field, &rests)? };
         Ok(bytes as u64 + of_gradients)
     }
 
@@ -190,4 +188,47 @@ impl FieldStore {
             (first..).zip(components).for_each(|(at, gradient)| *gradient = component(at));
         })
     }
+}
+
+/// Invocations in a workgroup of `shaders/gradient.wgsl`.
+const WORKGROUP: u32 = 64;
+
+/// Submits the computation of the gradients at a field's vertices on the device, and returns the number of bytes
+/// uploaded. `rests` has a page of the values' residuals in f32 for each page of values: 2 bytes per value instead of
+/// the 12 of a gradient.
+fn compute_gradients(picture: &Picture, field: &DeviceField, rests: &[PooledBuffer]) -> Result<u64, FallbackReason> {
+    let (ctx, pipelines, cells) = (picture.ctx, picture.pipelines, &field.cells);
+    let (triangles, bytes) = picture.mesh.cell_triangles(ctx, picture.job.grid())?;
+    let shader = ("gradient", Contents::default(), &pipelines.gradient);
+    let pipeline = pipelines.get(ctx, shader, field.layout.pages, field.constants())?;
+    let params = ctx.pooled_uniform("params", &field.params(picture))?;
+    // The shader reads neither pieces nor pixels.
+    let pieces = ctx.pooled("no pieces", 0, BufferUsages::STORAGE)?;
+    let pixels = ctx.pooled("no pixels", 0, BufferUsages::STORAGE)?;
+    let tables = picture.group(cells, [&params, &pieces, &pixels])?;
+    let cells_of_columns = match cells.places {
+        Some(_) => ctx.pooled_storage("cells of columns", &cells.list)?,
+        None => ctx.pooled("no cells", 0, BufferUsages::STORAGE)?,
+    };
+    let values = page_group(ctx, &field.pages)?;
+    let rests = page_group(ctx, rests)?;
+    let (columns, layers) = (field.layout.page_columns, field.layout.layers.len());
+    for (page, gradients) in field.gradients.iter().enumerate() {
+        let first = page * columns;
+        let columns = columns.min(cells.list.len() - first);
+        let around = Around { first: first as u32, columns: columns as u32, row: triangles.row };
+        let around = ctx.pooled_uniform("around cells", &around)?;
+        let buffers = [&*around, &triangles.buffer, &cells_of_columns, gradients];
+        let own = bind_group(ctx, &pipelines.gradient, buffers)?;
+        let workgroups = ((columns * layers) as u32).div_ceil(WORKGROUP);
+        let across = workgroups.min(ctx.limits.max_compute_workgroups_per_dimension);
+        let size = [across, workgroups.div_ceil(across.max(1))];
+        ctx.scoped(|| {
+            let mut commands = ctx.device.create_command_encoder(&Default::default());
+            let groups = [&tables, &values, &own, &rests];
+            dispatch(&mut commands, &Default::default(), &pipeline, groups, size);
+            ctx.queue.submit([commands.finish()]);
+        })?;
+    }
+    Ok(bytes)
 }

@@ -23,23 +23,18 @@
 
 mod adapters;
 mod bands;
-mod bindings;
 mod context;
 mod culling;
 mod device_field;
 mod field_store;
 mod gpu;
-mod gradient;
-mod instance;
 pub mod layout;
 mod mesh;
-mod passes;
 mod peaks;
 mod picture;
 mod pieces;
 mod pipelines;
 mod pool;
-mod ray_entry_cache;
 mod readback;
 mod scenery;
 pub mod shader;
@@ -47,9 +42,7 @@ mod staging;
 mod timestamps;
 mod trace_fragments;
 mod trace_pixels;
-mod visible_layers;
 
-pub use adapters::{Kind, Listed, list};
+pub use adapters::{Kind, Listed, instance, list};
 pub use gpu::{Gpu, Gpus, MemoryLimits};
-pub use instance::instance;
 pub use peaks::Peaks;

@@ -11,7 +11,6 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 /// Marks that there is no triangle behind a cell's last one: `NONE` of `shaders/gradient.wgsl`.
 const NONE: u32 = u32::MAX;
 
-/// The tables of a grid on a device.
 #[derive(Debug)]
 pub(crate) struct DeviceMesh {
     /// A triangle that exists.

@@ -1,10 +1,10 @@
 //! Peak rates of a device, measured; frame times are compared with them.
 
 use crate::context::Context;
-use crate::pipelines::{compile, dispatch};
+use crate::pipelines::{bind_group, compile, dispatch};
 use crate::readback::Readback;
+use crate::shader;
 use crate::timestamps::Timestamps;
-use crate::{bindings, shader};
 use icoray::device::FallbackReason;
 use std::time::Instant;
 use wgpu::BufferUsages;
@@ -38,7 +38,6 @@ const WORKGROUPS: u64 = 4096;
 const FLOPS: f64 = (2 * 12 * 16 * 64) as f64;
 
 impl Peaks {
-    /// Measures a device.
     pub(crate) fn measure(ctx: &Context) -> Result<Self, FallbackReason> {
         let (host_to_device, staged) = upload_rates(ctx)?;
         let readback = readback_rate(ctx)?;
@@ -109,7 +108,7 @@ fn flops(ctx: &Context) -> Result<f64, FallbackReason> {
 fn pass_seconds(ctx: &Context, name: &str, buffers: &[&wgpu::Buffer], count: u64) -> Result<f64, FallbackReason> {
     let text = shader::compose(&format!("measure/{name}"));
     let pipeline = compile(ctx, name, text, None, &[])?;
-    let group = bindings::group(ctx, &pipeline.get_bind_group_layout(0), buffers.iter().copied())?;
+    let group = bind_group(ctx, &pipeline.get_bind_group_layout(0), buffers.iter().copied())?;
     let mut min = f64::INFINITY;
     for run in 0..RUNS {
         let timestamps = Timestamps::new(ctx, 1)?;

@@ -1,13 +1,12 @@
 //! A picture on the device, without its field: parameters, transfer function, shell and light.
 
-use crate::bindings;
 use crate::context::Context;
 use crate::culling::CellSet;
 use crate::layout::{Params, Shading, ShellLayer, Span, Step, halves, halves3};
 use crate::mesh::DeviceMesh;
-use crate::pipelines::{Constants, Pipelines};
+use crate::pieces::RayEntries;
+use crate::pipelines::{Constants, Pipelines, bind_group};
 use crate::pool::PooledBuffer;
-use crate::ray_entry_cache::RayEntries;
 use crate::scenery::{SceneTables, scenery_spans, volume_spans, volume_steps};
 use glam::DVec3;
 use icoray::device::{self, BudgetTable, ENDLESS, FallbackReason, Job};
@@ -30,7 +29,6 @@ pub(crate) struct Picture<'p> {
 }
 
 impl<'p> Picture<'p> {
-    /// Uploads the tables of a job.
     pub fn new(
         ctx: &'p Context,
         pipelines: &'p Pipelines,
@@ -67,7 +65,7 @@ impl<'p> Picture<'p> {
         let places = cells.places.as_ref().unwrap_or(spans);
         let others: [&wgpu::Buffer; 6] = [spans, steps, places, shell, pieces, output];
         let layout = &self.pipelines.tables;
-        bindings::group(self.ctx, layout, std::iter::once(params).chain(&self.mesh.buffers).chain(others))
+        bind_group(self.ctx, layout, std::iter::once(params).chain(&self.mesh.buffers).chain(others))
     }
 
     /// Uploads light and scenery: the first buffers of group 2. They must not return to the pool before all bands are
@@ -84,7 +82,6 @@ impl<'p> Picture<'p> {
         Ok(buffers)
     }
 
-    /// Bytes of the tables.
     pub fn bytes(&self) -> u64 {
         self.tables.iter().map(|table| table.size()).sum()
     }

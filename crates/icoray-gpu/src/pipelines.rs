@@ -1,11 +1,11 @@
-//! Compute pipelines: layouts of their bind groups, compilation and dispatch.
+//! Compute pipelines: bind groups of buffers, numbered from 0, and their layouts, compilation and dispatch.
 
-use crate::bindings::{READ, READ_WRITE, layout, page_layout};
 use crate::context::Context;
+use crate::pool::PooledBuffer;
 use crate::shader::{self, Contents};
 use icoray::device::FallbackReason;
 use std::sync::{Mutex, PoisonError};
-use wgpu::BufferBindingType::{self, Uniform};
+use wgpu::BufferBindingType::{self, Storage, Uniform};
 
 /// Bindings of group 0, in order.
 const TABLES: [BufferBindingType; 11] = {
@@ -15,7 +15,6 @@ const TABLES: [BufferBindingType; 11] = {
     kinds
 };
 
-/// Override constants of a shader.
 pub(crate) type Constants = Vec<(&'static str, u32)>;
 
 /// The shader of a pipeline, its contents and its constants.
@@ -46,15 +45,14 @@ pub(crate) struct Pipelines {
 }
 
 impl Pipelines {
-    /// No pipelines yet.
     pub fn new(ctx: &Context) -> Self {
         Pipelines {
-            tables: layout(ctx, &TABLES),
-            picture: layout(ctx, &[Uniform]),
-            scene: layout(ctx, &[Uniform, Uniform, READ]),
-            parts: layout(ctx, &[Uniform, READ, READ, READ_WRITE]),
-            scene_parts: layout(ctx, &[Uniform, Uniform, READ, READ, READ, READ_WRITE]),
-            gradient: layout(ctx, &[Uniform, READ, READ, READ_WRITE]),
+            tables: bind_group_layout(ctx, &TABLES),
+            picture: bind_group_layout(ctx, &[Uniform]),
+            scene: bind_group_layout(ctx, &[Uniform, Uniform, READ]),
+            parts: bind_group_layout(ctx, &[Uniform, READ, READ, READ_WRITE]),
+            scene_parts: bind_group_layout(ctx, &[Uniform, Uniform, READ, READ, READ, READ_WRITE]),
+            gradient: bind_group_layout(ctx, &[Uniform, READ, READ, READ_WRITE]),
             compiled: Mutex::default(),
         }
     }
@@ -118,7 +116,6 @@ pub(crate) fn compile(
     })
 }
 
-/// Encodes a compute pass of one dispatch.
 pub(crate) fn dispatch<'g>(
     commands: &mut wgpu::CommandEncoder,
     pass: &wgpu::ComputePassDescriptor,
@@ -130,6 +127,48 @@ pub(crate) fn dispatch<'g>(
     pass.set_pipeline(pipeline);
     (0..).zip(groups).for_each(|(i, group)| pass.set_bind_group(i, group, &[]));
     pass.dispatch_workgroups(x, y, 1);
+}
+
+/// A storage buffer that shaders read.
+const READ: BufferBindingType = Storage { read_only: true };
+/// A storage buffer that shaders write.
+const READ_WRITE: BufferBindingType = Storage { read_only: false };
+
+/// The layout of a group of buffers of these kinds.
+fn bind_group_layout(ctx: &Context, kinds: &[BufferBindingType]) -> wgpu::BindGroupLayout {
+    let entry = |(binding, ty): (u32, &BufferBindingType)| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer { ty: *ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    };
+    let entries: Vec<_> = (0..).zip(kinds).map(entry).collect();
+    let descriptor = wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries };
+    ctx.device.create_bind_group_layout(&descriptor)
+}
+
+/// The layout of a group of `pages` pages of a field or of its gradients.
+fn page_layout(ctx: &Context, pages: usize) -> wgpu::BindGroupLayout {
+    bind_group_layout(ctx, &vec![READ; pages])
+}
+
+pub(crate) fn bind_group<'b>(
+    ctx: &Context,
+    layout: &wgpu::BindGroupLayout,
+    buffers: impl IntoIterator<Item = &'b wgpu::Buffer>,
+) -> Result<wgpu::BindGroup, FallbackReason> {
+    let entry = |(binding, buffer): (u32, &'b wgpu::Buffer)| wgpu::BindGroupEntry {
+        binding,
+        resource: buffer.as_entire_binding(),
+    };
+    let entries: Vec<_> = (0..).zip(buffers).map(entry).collect();
+    let descriptor = wgpu::BindGroupDescriptor { label: None, layout, entries: &entries };
+    ctx.scoped(|| ctx.device.create_bind_group(&descriptor))
+}
+
+pub(crate) fn page_group(ctx: &Context, pages: &[PooledBuffer]) -> Result<wgpu::BindGroup, FallbackReason> {
+    let layout = page_layout(ctx, pages.len());
+    bind_group(ctx, &layout, pages.iter().map(|page| &**page))
 }
 
 #[cfg(test)]

@@ -42,12 +42,10 @@ impl Deref for PooledBuffer {
 }
 
 impl PooledBuffer {
-    /// A buffer that will return to `pool`.
     pub fn new(buffer: wgpu::Buffer, pool: &Arc<BufferPool>) -> Self {
         PooledBuffer { buffer, pool: Arc::clone(pool) }
     }
 
-    /// Unmaps the buffer and returns it to the pool.
     pub fn unmap(self) {
         self.buffer.unmap();
         self.pool.put(self.buffer.clone());
@@ -87,7 +85,6 @@ impl BufferPool {
         self.free().retain(|free| free.since + MAX_IDLE_FRAMES >= now);
     }
 
-    /// Releases all free buffers.
     pub fn clear(&self) {
         self.free().clear();
     }

@@ -7,7 +7,6 @@ use std::fmt::Display;
 use std::sync::mpsc::{Receiver, channel};
 use wgpu::BufferUsages;
 
-/// A submitted copy.
 pub(crate) struct Readback {
     buffer: PooledBuffer,
     bytes: usize,

@@ -67,7 +67,6 @@ fn expand_for(text: &str, contents: Contents, pages: usize) -> String {
     composer.whole
 }
 
-/// A shader that is put together.
 struct Composer<'t> {
     pages: usize,
     volumes: usize,

@@ -9,11 +9,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use wgpu::BufferUsages;
 
-/// Bytes of a staging buffer.
 const BUFFER_BYTES: usize = 8 << 20;
-/// Largest number of staging buffers of a device.
 const MAX_BUFFERS: usize = 8;
-/// Bytes of an element.
 const ELEMENT_BYTES: usize = 4;
 /// Elements that a thread writes at a time; they fit into its L1 cache.
 const BLOCK: usize = 4096;
@@ -30,7 +27,6 @@ pub(crate) struct StagingBuffers(Arc<Mutex<State>>);
 
 #[derive(Debug, Default)]
 struct State {
-    /// Mapped buffers.
     ready: Vec<wgpu::Buffer>,
     created: usize,
 }

@@ -1,10 +1,10 @@
 //! Fragments of rays through a rank's part of the grid. The device writes them unordered; the host sorts them.
 
 use crate::bands::{Band, Bands, Tile};
-use crate::bindings;
 use crate::device_field::DeviceField;
 use crate::layout::{self, Passed, halves};
 use crate::picture::Picture;
+use crate::pipelines::bind_group;
 use crate::pool::PooledBuffer;
 use crate::readback::Readback;
 use icoray::device::{
@@ -13,7 +13,6 @@ use icoray::device::{
 use rayon::prelude::*;
 use wgpu::BufferUsages;
 
-/// Bytes of the count before the fragments.
 const COUNT_BYTES: usize = size_of::<u32>();
 
 /// Tiles of a picture, ready to be traced.
@@ -23,7 +22,6 @@ pub(crate) struct FragmentTrace<'t> {
     part: layout::Part,
     /// The first buffers of group 2.
     scene: Vec<PooledBuffer>,
-    /// Bytes of `owned`.
     owned_bytes: u64,
     /// A bit per triangle: whether it belongs to the rank.
     owned: PooledBuffer,
@@ -40,7 +38,6 @@ struct FragmentBuffer {
 }
 
 impl<'t> FragmentTrace<'t> {
-    /// Prepares tiles of a picture of `field`.
     pub fn new(
         picture: &'t Picture<'t>,
         field: &DeviceField,
@@ -55,7 +52,6 @@ impl<'t> FragmentTrace<'t> {
         Ok(FragmentTrace { picture, bands, part, scene: picture.scene_buffers()?, owned_bytes, owned })
     }
 
-    /// Bytes that were uploaded.
     pub fn bytes(&self) -> u64 {
         self.bands.bytes + self.owned_bytes
     }
@@ -85,7 +81,7 @@ impl<'t> FragmentTrace<'t> {
         let buffer = ctx.pooled("fragments", bytes, usage)?;
         let part = ctx.pooled_storage("part", &[layout::Part { max_fragments: capacity as u32, ..self.part }])?;
         let buffers = self.scene.iter().chain([&part, &self.owned, &buffer]).map(|buffer| &**buffer);
-        let group = bindings::group(ctx, self.bands.scene_layout, buffers)?;
+        let group = bind_group(ctx, self.bands.scene_layout, buffers)?;
         Ok(FragmentBuffer { capacity, buffer, group, _part: part })
     }
 

@@ -19,7 +19,6 @@ pub struct Job<'a> {
 }
 
 /// A checked [`Job`] with rising layers and its field at cell centres.
-#[derive(Debug)]
 pub(crate) struct PreparedJob<'a> {
     pub scene: &'a Scene,
     pub grid: &'a Grid<'a>,

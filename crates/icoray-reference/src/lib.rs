@@ -9,7 +9,6 @@ mod columns;
 pub mod comparison;
 mod double_double;
 pub mod job;
-mod layered_column;
 pub mod methods;
 pub mod oracle;
 pub mod radial;

@@ -73,7 +73,6 @@ fn exact_ray(scene: &Scene, spans: &Spans, ray: &Ray, steps: usize) -> [f32; 4] 
     over(scene.background, [color.x, color.y, color.z, 1.0 - transmittance]).map(|c| c as f32)
 }
 
-/// The ground truth as a frame.
 fn ground_truth(scene: &Scene, steps: usize, like: &Frame) -> Frame {
     let spans = Spans::new(&scene.volumes[0].transfer, OUTER - INNER);
     let pixel = |i: u32| exact_ray(scene, &spans, &Ray::of_pixel(scene, i), steps);

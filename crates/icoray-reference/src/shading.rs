@@ -17,7 +17,6 @@ pub fn direction(lon_rad: f64, lat_rad: f64) -> DVec3 {
 }
 
 /// The lighting of a scene for rays along one direction.
-#[derive(Debug, Clone, Copy)]
 pub(crate) struct RayLighting {
     lighting: Lighting,
     /// Unit vector towards the light.
@@ -58,7 +57,6 @@ pub(crate) struct Shade {
 }
 
 impl Shade {
-    /// An unlit surface.
     pub const NONE: Self = Shade { body: 1.0, highlight: 0.0 };
 
     pub fn of(self, color: DVec3) -> DVec3 {

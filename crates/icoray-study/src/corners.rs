@@ -51,7 +51,6 @@ struct Corner {
     aim: &'static str,
 }
 
-/// A scene on a grid.
 #[derive(Debug, Clone)]
 struct Case {
     size: Size,
@@ -60,9 +59,6 @@ struct Case {
 }
 
 /// Measures all scenes, prints a line for each and writes table and pictures.
-///
-/// # Errors
-/// Those of the library; [`icoray::ErrorKind::Io`] when `out` fails or a file cannot be written.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let renderer = Renderer::new(options.threads)?;
     let corners = select(corners(options), &options.scenes, |corner| corner.name)?;
@@ -82,8 +78,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         bar.suspend(|| say!(out, "{line}"))?;
         bar.inc(1);
     }
-    bar.finish_and_clear();
-    options.readme.as_ref().map_or(Ok(()), |path| replace_section(path, "corners", &markdown))
+    replace_section(options.readme.as_deref(), "corners", &markdown)
 }
 
 /// The least seconds of both cases, and the median of their ratios.
@@ -162,7 +157,6 @@ const LAYER: &str =
 
 const ISOSURFACES: &str = "[[isosurfaces]]\nfield = \"f\"\nvalues = [-0.3, 0.4]\ncolors = [\"teal\", \"gold\"]\n";
 
-/// The text of a volume.
 fn volume(field: &str, knots: &str) -> String {
     format!("[[volumes]]\nfield = \"{field}\"\ntransfer = {{ knots = [\n{knots}] }}\n")
 }

@@ -6,8 +6,6 @@
 mod findings;
 mod measure;
 mod random;
-mod sweep;
-mod table;
 mod tolerances;
 
 use crate::montage::frame;
@@ -19,7 +17,7 @@ use icoray::output::write_picture;
 use icoray::{Error, ErrorKind, Renderer, Result};
 use icoray_progress::Bar;
 use icoray_reference::oracle;
-use measure::{Effort, MEASURES, Measure, Measured};
+use measure::{COLUMNS, Effort, MEASURES, Measure, Measured, PRINTED, ladders};
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -66,7 +64,6 @@ pub struct Options {
     pub out: PathBuf,
 }
 
-/// The scenes of `--quick`.
 const QUICK_SCENES: [&str; 3] = ["radial", "low_lobes", "stiff_step"];
 
 /// Width of the pictures of the high-resolution grid without `--size`: each ray meets hundreds of columns.
@@ -102,7 +99,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     }
     let scenes = options.scenes()?;
     let data = data_directory(options.data.as_deref());
-    let table = Table::create(options.out.join("error.csv"), table::COLUMNS, table::PRINTED)?;
+    let table = Table::create(options.out.join("error.csv"), COLUMNS, PRINTED)?;
     say!(
         out,
         "median of {} repeats on {}; errors are of premultiplied linear channels, 0 to 1\n{}",
@@ -132,7 +129,6 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     study.finish()
 }
 
-/// The running study.
 struct Study<'a> {
     options: &'a Options,
     out: &'a mut dyn Write,
@@ -152,7 +148,7 @@ impl Study<'_> {
         self.bar.set_message("oracle");
         let truth = oracle::picture(&job, self.all_threads)?;
         self.picture(scene, &truth)?;
-        let ladders = sweep::ladders(prepared.thickness(&scene.scene)?, lit, self.options.quick);
+        let ladders = ladders(prepared.thickness(&scene.scene)?, lit, self.options.quick);
         let effort = Effort { repeats: self.options.repeats, longest_s: self.options.longest };
         let runs = ladders.iter().map(Vec::len).sum::<usize>() * effort.repeats.max(1);
         self.bar.set_length(runs as u64);
@@ -160,7 +156,7 @@ impl Study<'_> {
         let measured = measure::measure(&job, &truth, &ladders, effort, &self.renderer, &self.bar)?;
         self.bar.reset();
         for m in &measured {
-            let line = self.table.row(&table::row(&scene.name, m))?;
+            let line = self.table.row(&m.row(&scene.name))?;
             self.bar.suspend(|| say!(self.out, "{line}"))?;
         }
         self.charts(scene, &measured)?;
@@ -170,7 +166,6 @@ impl Study<'_> {
         self.write_verdict()
     }
 
-    /// Writes the oracle's picture.
     fn picture(&self, scene: &StudyScene, truth: &[[f64; 4]]) -> Result<()> {
         let pixels = truth.iter().map(|p| p.map(|c| c as f32)).collect();
         let picture = frame(scene.scene.width, scene.scene.height, pixels);

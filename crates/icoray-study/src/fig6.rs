@@ -30,9 +30,6 @@ pub struct Options {
 }
 
 /// Writes the pictures and prints RMSE and maximum.
-///
-/// # Errors
-/// Those of the library.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     make_directory(&options.out)?;
     let save = |name: String, frame: &Frame| write_picture(&options.out.join(name), frame);

@@ -40,7 +40,6 @@ const NEAR: f64 = 0.05;
 const COLUMNS: &str = "scene,equal,method,parameter,seconds,rmse,max_error";
 const PRINTED: &str = "equal,method,parameter,seconds,rmse,max_error";
 
-/// A picture with its time and error.
 struct TimedPicture {
     /// Quantity that is equal to that of others: "step", or "time".
     equal: &'static str,
@@ -113,7 +112,6 @@ fn pictures(
             bar.inc(1);
         }
     }
-    bar.finish_and_clear();
     Ok(pictures)
 }
 
@@ -138,7 +136,6 @@ fn montage(options: &Options, scene: &StudyScene, truth: &[[f64; 4]], pictures: 
     montage.write(&options.out.join(format!("fig8_{}.png", scene.name)))
 }
 
-/// Renders and times pictures.
 struct PictureTimer<'a> {
     job: Job<'a>,
     renderer: &'a Renderer,

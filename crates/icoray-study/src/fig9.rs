@@ -98,7 +98,6 @@ fn rates(options: &Options, job: &Job, name: &str, renderer: &Renderer) -> Resul
             bar.inc(1);
         }
     }
-    bar.finish_and_clear();
     Ok(rates)
 }
 

@@ -17,7 +17,6 @@ use std::sync::Arc;
 use std::time::Instant;
 
 mod benchmark;
-mod cost;
 mod table;
 
 /// Options of the measurement.
@@ -81,10 +80,6 @@ impl Options {
 }
 
 /// Measures, prints a line per picture, and writes `gpu.csv` and `gpu.md`.
-///
-/// # Errors
-/// [`ErrorKind::Unsupported`] where there is no such device; those of the library, and [`ErrorKind::Io`] when a
-/// result cannot be written.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let unsupported = |reason: &dyn std::fmt::Display| Error::new(ErrorKind::Unsupported, reason.to_string());
     let gpu = Arc::new(Gpu::new(options.device.clone()).map_err(|reason| unsupported(&reason))?);
@@ -145,6 +140,5 @@ fn measure(
         }
         all.push(rows);
     }
-    bar.finish_and_clear();
     Ok(all)
 }

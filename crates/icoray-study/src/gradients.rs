@@ -38,9 +38,6 @@ pub struct Options {
 const VERTEX_BYTES: usize = size_of::<f32>() + size_of::<u64>();
 
 /// Measures and prints a line per number of threads.
-///
-/// # Errors
-/// Those of the library; [`icoray::ErrorKind::Io`] when `out` fails.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let Size { level, layers } = options.size;
     let mut mesh = IcosahedralMesh::new(level)?;

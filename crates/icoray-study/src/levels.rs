@@ -42,9 +42,6 @@ const COLUMNS: &str =
 const SCENES: [(&str, Opacity); 2] = [("dense", |_| 0.5), ("lobes", multi_scale::lobes)];
 
 /// Measures all sizes and tolerances, prints a line for each and writes the table.
-///
-/// # Errors
-/// Those of the library; [`icoray::ErrorKind::Io`] when `out` fails or a file cannot be written.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let mut table = Table::create(options.out.join("levels.csv"), COLUMNS, COLUMNS)?;
     let mut markdown = "| grid | scene | tolerance | model's grid s | making grids s | values s | level | s | ratio | error \
@@ -71,8 +68,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
             }
         }
     }
-    bar.finish_and_clear();
-    options.readme.as_ref().map_or(Ok(()), |path| replace_section(path, "levels", &markdown))
+    replace_section(options.readme.as_deref(), "levels", &markdown)
 }
 
 /// The columns from `grid_s` on, of pictures of one field.

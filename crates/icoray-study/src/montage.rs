@@ -20,7 +20,6 @@ pub struct Tile {
 }
 
 /// Rows of tiles of `width` × `height` pixels, each row with room for its longest label above it.
-#[derive(Debug)]
 pub struct Montage {
     tile: [usize; 2],
     rows: Vec<Vec<Tile>>,

@@ -18,7 +18,6 @@ pub struct Options {
     pub threads: usize,
 }
 
-/// Meshes, pictures and steps.
 struct Sizes {
     /// Bisections of the icosahedron and layers while steps are halved.
     level: u32,
@@ -185,7 +184,6 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         bar.suspend(|| print(out, &list))?;
         bar.inc(1);
     }
-    bar.finish_and_clear();
     Ok(())
 }
 

@@ -24,7 +24,6 @@ const LEGEND: u32 = 250;
 /// Lower limit of coordinates: a logarithmic axis has no zero.
 const LEAST: f64 = 1e-12;
 
-/// A line of a chart.
 #[derive(Debug, Clone)]
 pub struct Line {
     pub name: String,
@@ -35,7 +34,6 @@ pub struct Line {
 }
 
 /// A chart on logarithmic axes.
-#[derive(Debug, Clone)]
 pub struct Chart {
     pub title: String,
     pub x: String,

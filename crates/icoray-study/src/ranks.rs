@@ -108,7 +108,6 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     Ok(())
 }
 
-/// Measurements of a rank in a frame.
 #[derive(Debug, Clone)]
 struct RankFrame {
     busy_s: f64,

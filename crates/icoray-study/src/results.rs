@@ -6,6 +6,7 @@ use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+/// A bar is cleared where it is dropped.
 pub(crate) use icoray_progress::steps as progress;
 
 /// Prints a formatted line and flushes it, so that the progress of a long study is visible.
@@ -19,7 +20,6 @@ pub(crate) fn print_line(out: &mut dyn Write, line: Arguments) -> Result<()> {
     written.map_err(|e| Error::new(ErrorKind::Io, format!("standard output: {e}")))
 }
 
-/// The error of a file operation.
 pub(crate) fn io_error(path: &Path, e: impl Display) -> Error {
     Error::new(ErrorKind::Io, format!("{}: {e}", path.display()))
 }
@@ -43,7 +43,6 @@ pub(crate) fn threads(count: usize) -> String {
     if count == 1 { "one thread".to_owned() } else { format!("{count} threads") }
 }
 
-/// A number of a table.
 pub(crate) fn number(value: f64) -> String {
     format!("{value:.6e}")
 }
@@ -68,15 +67,11 @@ impl Table {
         table.row(&names).map(|_| table)
     }
 
-    /// The names of the printed columns.
     pub fn heading(&self) -> String {
         self.line(&self.columns)
     }
 
     /// Appends a row; returns its printed line.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Io`] where it cannot be written or has more or fewer cells than the header.
     pub fn row(&mut self, cells: &[String]) -> Result<String> {
         self.writer.write_record(cells).map_err(|e| io_error(&self.path, e))?;
         self.writer.flush().map_err(|e| io_error(&self.path, e))?;
@@ -95,11 +90,12 @@ fn begin(study: &str) -> String {
     format!("<!-- icoray-study {study} -->\n")
 }
 
-/// Replaces the text of a file between the lines `<!-- icoray-study NAME -->` and `<!-- end -->`.
+/// Replaces the text of a file, if there is one, between the lines `<!-- icoray-study NAME -->` and `<!-- end -->`.
 ///
 /// # Errors
 /// [`ErrorKind::Io`] where the file cannot be read or written; [`ErrorKind::Argument`] where it lacks the lines.
-pub(crate) fn replace_section(path: &Path, study: &str, text: &str) -> Result<()> {
+pub(crate) fn replace_section(path: Option<&Path>, study: &str, text: &str) -> Result<()> {
+    let Some(path) = path else { return Ok(()) };
     let new = with_section(&read_text(path)?, study, text).ok_or_else(|| {
         let context = format!("{}: expected a line {}and behind it {END}", path.display(), begin(study));
         Error::new(ErrorKind::Argument, context.replace('\n', " "))
@@ -133,7 +129,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("README.md");
         std::fs::write(&path, "nothing").unwrap();
-        let error = replace_section(&path, "speed", "").unwrap_err().to_string();
+        let error = replace_section(Some(&path), "speed", "").unwrap_err().to_string();
         assert!(error.contains("expected a line <!-- icoray-study speed --> and behind it <!-- end -->"), "{error}");
     }
 }

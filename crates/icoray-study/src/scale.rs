@@ -75,8 +75,6 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     work(options, out)
 }
 
-/// Messages of one rank in a frame.
-#[derive(Debug, Clone)]
 struct RankExchange {
     sent: Traffic,
     /// Time of the rank's clock at the end of the frame, and at that of the frame before.
@@ -133,7 +131,6 @@ fn exchange(options: &Options, out: &mut dyn Write) -> Result<()> {
             bar.inc(1);
         }
     }
-    bar.finish_and_clear();
     Ok(())
 }
 

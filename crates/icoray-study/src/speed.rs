@@ -9,28 +9,20 @@ pub(crate) use options::{count, size};
 
 use crate::results::{Table, io_error, make_directory, progress, replace_section, say, write_file};
 use benchmark::Benchmark;
-use case::Setting;
 use icoray::Result;
 use instructions::{Tool, program};
-use markdown::Measured;
+use markdown::{COLUMNS, Measured, PRINTED, bandwidth_line, cells};
+use options::Setting;
 use std::io::Write;
 
 mod benchmark;
-mod case;
-mod cost;
 mod instructions;
 mod machine;
 mod markdown;
 mod options;
 mod pairs;
-mod setup;
-mod table;
 
 /// Measures, prints a line per scene and number of threads, and writes `speed.csv`, `speed.md` and pictures.
-///
-/// # Errors
-/// [`icoray::ErrorKind::Argument`] for an unknown transfer function; those of the library;
-/// [`icoray::ErrorKind::Io`] when a result cannot be written.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let settings = options.settings()?;
     if options.bare {
@@ -42,8 +34,8 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     }
     make_directory(&options.out)?;
     let bandwidths = machine::read_bandwidths(&options.threads)?;
-    say!(out, "{}", table::bandwidths(&bandwidths))?;
-    let mut csv = Table::create(options.out.join("speed.csv"), table::COLUMNS, table::PRINTED)?;
+    say!(out, "{}", bandwidth_line(&bandwidths))?;
+    let mut csv = Table::create(options.out.join("speed.csv"), COLUMNS, PRINTED)?;
     let (mut setups, mut memory, mut rows) = (Vec::new(), Vec::new(), Vec::new());
     let bar = progress(options.sizes().len() * settings.len(), "speed");
     for size in options.sizes() {
@@ -55,7 +47,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         for setting in &settings {
             bar.set_message(format!("{size} {} {}", setting.light, setting.case.name));
             for row in benchmark.rows(&grid, setting)? {
-                let line = csv.row(&table::cells(&row, options, &bandwidths))?;
+                let line = csv.row(&cells(&row, options, &bandwidths))?;
                 bar.suspend(|| say!(out, "{line}"))?;
                 rows.push(row);
             }
@@ -67,9 +59,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let (rows, setups, memory, bandwidths) = (&rows, &setups, &memory, &bandwidths);
     let text = Measured { options, rows, setups, memory, bandwidths, counted }.markdown();
     write_file(&options.out.join("speed.md"), &text)?;
-    if let Some(path) = &options.readme {
-        replace_section(path, "speed", &text)?;
-    }
+    replace_section(options.readme.as_deref(), "speed", &text)?;
     say!(out, "\n{text}\ntables in {}", options.out.display())
 }
 

@@ -4,13 +4,8 @@
 //! same linear colours and extinctions, one thread by default, a black background and a hollow planet, and are compared
 //! with the oracle's picture. VTK's pictures have 8 bits per channel: an RMSE of 0.001 is rounding.
 
-mod export;
-mod options;
 mod process;
-mod row;
 mod summary;
-
-pub use options::Options;
 
 use crate::montage::{self, Montage, Tile};
 use crate::peak::PeakMemory;
@@ -21,10 +16,56 @@ use icoray_reference::comparison::Comparison;
 use icoray_reference::oracle;
 use icoray_reference::sphere::{self, Sphere};
 use process::Environment;
-use row::{COLUMNS, HEAD, OURS, Row, Seconds};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use summary::{COLUMNS, HEAD, OURS, Row, Seconds};
+
+/// Options of the comparison.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Options {
+    /// Bisections of the icosahedron, one size after another.
+    #[arg(long, value_delimiter = ',', default_value = "4,5")]
+    pub levels: Vec<u32>,
+    /// Layers.
+    #[arg(long, default_value_t = 20)]
+    pub layers: usize,
+    /// Width and height of the picture.
+    #[arg(long, default_value_t = 512)]
+    pub size: u32,
+    /// Transfer functions: dense, lobes, thin, opaque.
+    #[arg(long, value_delimiter = ',', default_value = "dense,lobes")]
+    pub transfers: Vec<String>,
+    /// VTK's renderers: bunyk and projected-tetrahedra are given tetrahedra, zsweep wedges.
+    #[arg(long, value_delimiter = ',', default_value = "bunyk,zsweep,projected-tetrahedra")]
+    pub renderers: Vec<String>,
+    /// Tolerance of icoray's pictures.
+    #[arg(long, default_value_t = 1e-3)]
+    pub tolerance: f64,
+    /// Threads; VTK's z-sweep has one.
+    #[arg(long, default_value_t = 1)]
+    pub threads: usize,
+    /// Frames of the same values and of new ones; the first one of VTK sorts and splits, the least of the others is
+    /// reported.
+    #[arg(long, default_value_t = 3)]
+    pub frames: usize,
+    /// GiB that a VTK process may have; where it does not fit, that is reported.
+    #[arg(long, default_value_t = 12.0)]
+    pub memory: f64,
+    /// Seconds that a VTK process may take.
+    #[arg(long, default_value_t = 600)]
+    pub patience: u64,
+    /// The Python that makes VTK's environment.
+    #[arg(long, default_value = "python3")]
+    pub python: PathBuf,
+    /// Directory for VTK's environment, vtk.csv, vtk.md and the pictures.
+    #[arg(long, default_value = "out/vtk")]
+    pub out: PathBuf,
+    /// A file in which the tables take the place of those between its lines `<!-- icoray-study vtk -->` and
+    /// `<!-- end -->`.
+    #[arg(long)]
+    pub readme: Option<PathBuf>,
+}
 
 /// Compares; prints a Markdown table and its summary.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
@@ -68,7 +109,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let lines: Vec<String> = rows.iter().map(Row::line).collect();
     let text = format!("{}\n{}\n{summary}", HEAD.join("\n"), lines.join("\n"));
     write_file(&options.out.join("vtk.md"), &text)?;
-    options.readme.as_ref().map_or(Ok(()), |path| replace_section(path, "vtk", &text))
+    replace_section(options.readme.as_deref(), "vtk", &text)
 }
 
 /// A model, its scene, and the oracle's picture.
@@ -89,7 +130,7 @@ impl<'o> Model<'o> {
         let renderer = Renderer::new(0)?;
         let truth = sphere.with_job(scene, |job| oracle::picture(job, &renderer))?;
         make_directory(&directory)?;
-        export::write(&directory, scene, &sphere)?;
+        process::write_model(&directory, scene, &sphere)?;
         Ok(Model { options, level, transfer, scene, sphere, truth, directory })
     }
 

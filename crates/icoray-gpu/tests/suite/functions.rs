@@ -6,7 +6,7 @@ use icoray_gpu::layout::{self, Params};
 use icoray_grid::real::Real;
 use icoray_kernel::piece::{self, ErrorBudget, bend_factor};
 
-use crate::dispatch::{Device, SEGMENT_AT, absorbing_spans, numbers_of, segment, ulps};
+use crate::dispatch::{Device, SEGMENT_AT, SPAN_AT, absorbing_spans, numbers_of, segment, ulps};
 
 /// Segments: f0, f1, kappa, eps, length.
 fn segments() -> Vec<[f32; 5]> {
@@ -109,12 +109,9 @@ fn segments_value_part_extremum_and_solve() {
 #[test]
 fn integrals_of_pieces() {
     let Some(device) = Device::open() else { return };
-    let text = format!("#import kernel/piece\n{SEGMENT_AT}");
-    let body = "let at = 17u * i;
-        let slope = inputs[at + 7u];
-        let span = Span(-3e38, 3e38, -8.0, inputs[at + 5u], vec3f(0.1, 0.5, 0.9), inputs[at + 6u],
-            vec3f(slope, -0.2 * slope, 0.0), abs(slope), 0u, 0.9);
-        let light = integrate(segment_at(at), span, ErrorBudget(inputs[at + 8u], 1e-5, 1.0, 1e-7));
+    let text = format!("#import kernel/piece\n{SEGMENT_AT}\n{SPAN_AT}");
+    let body = "let at = 9u * i;
+        let light = integrate(segment_at(at), span_at(at + 5u), ErrorBudget(inputs[at + 8u], 1e-5, 1.0, 1e-7));
         let c = light.color;
         let all = array<f32, 6>(c.x, c.y, c.z, light.alpha, light.error, light.variance);";
     let (mut inputs, mut cases) = (Vec::new(), Vec::new());
@@ -123,14 +120,13 @@ fn integrals_of_pieces() {
             for share in [5e-3f32, 5e-4, 1e-6] {
                 inputs.extend(piece);
                 inputs.extend([span.extinction, span.extinction_slope, span.color_slope[0], share]);
-                inputs.extend([0.0; 8]);
                 cases.push((piece, span, share));
             }
         }
     }
     for (method, name) in [(Method::Exact, "exact"), (Method::Paper, "paper")] {
         let constant = [("IS_EXACT", f64::from(u8::from(method == Method::Exact)))];
-        let got = device.run_with(&text, body, &inputs, 17, 6, &constant);
+        let got = device.run_beside(&text, body, &inputs, [9, 6], &constant, Default::default());
         let (mut worst, mut others) = (0.0f64, 0);
         for ((piece, span, share), got) in cases.iter().zip(got.chunks_exact(6)) {
             let (color_tolerance, min_transmittance) = (*share, 1e-5);

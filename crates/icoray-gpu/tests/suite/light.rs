@@ -9,7 +9,7 @@ use icoray_kernel::piece::{ErrorBudget, Radiance};
 use icoray_kernel::shade::{MeanShade, RayShading, Shade, Shading};
 use icoray_kernel::turn::direction;
 
-use crate::dispatch::{Device, SEGMENT_AT, absorbing_spans, numbers_of, segment, span, ulps};
+use crate::dispatch::{Device, SEGMENT_AT, SPAN_AT, absorbing_spans, numbers_of, segment, span, ulps};
 
 /// Number of members of the shader's `RayShading`, in its order.
 const NUMBERS: usize = 11;
@@ -271,13 +271,6 @@ fn spans() -> Vec<Span> {
     absorbing_spans().into_iter().chain([span(0.0, 0.0, 0.0)]).collect()
 }
 
-const SPAN_AT: &str = "
-fn span_at(at: u32) -> Span {
-    let slope = inputs[at + 2u];
-    return Span(-3e38, 3e38, -8.0, inputs[at], vec3f(0.1, 0.5, 0.9), inputs[at + 1u],
-        vec3f(slope, -0.2 * slope, 0.0), abs(slope), 0u, 0.9);
-}";
-
 #[test]
 fn gradients_along_interpolants_and_the_centre_of_light() {
     let Some(device) = Device::open() else { return };
@@ -350,7 +343,7 @@ fn pieces_under_light() {
             }
         }
         let constant = [("IS_EXACT", f64::from(u8::from(method == Method::Exact)))];
-        let got = device.run_with(&text, body, &inputs, 35, 6, &constant);
+        let got = device.run_beside(&text, body, &inputs, [35, 6], &constant, Default::default());
         let (mut worst, mut others) = (0.0f64, 0);
         for (case, got) in cases.iter().zip(got.chunks_exact(6)) {
             let (shading, piece, span, interpolant, allowance, range, is_coarse) = case;

@@ -57,7 +57,6 @@ pub(crate) fn along(frustum: &Frustum, t: f64) -> [f64; 3] {
 }
 
 /// Accumulated colour and transmittance of a ray.
-#[derive(Debug, Clone, Copy)]
 pub(crate) struct Accumulated {
     pub color: Vec3,
     pub transmittance: f32,
@@ -196,7 +195,6 @@ pub(crate) fn render<I: Interpolant, R: StepRule<I>>(
     Picture { pixels: pixels.into_iter().map(|p| p.0).collect(), seconds, samples, bound: None }
 }
 
-/// The state of one ray.
 struct RayMarch<'m, I: Interpolant, R: StepRule<I>> {
     rule: &'m R,
     state: R::State,

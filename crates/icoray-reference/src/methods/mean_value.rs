@@ -16,12 +16,9 @@ use icoray::Frustum;
 /// The sine of the angle at which a triangle counts as seen edge-on.
 const FLAT: f64 = 1e-11;
 
-/// Mean value interpolation in frusta.
-#[derive(Debug)]
 pub(crate) struct MeanValue<'s, 'a>(pub &'s PreparedJob<'a>);
 
 /// A frustum's vertices, lower layer first, cells in the order of their numbers; and its triangles, facing outwards.
-#[derive(Debug)]
 pub(crate) struct Solid {
     vertex: [DVec3; 6],
     value: [f64; 6],

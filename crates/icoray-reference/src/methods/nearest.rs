@@ -6,12 +6,9 @@ use super::transfer::Transfer;
 use crate::job::PreparedJob;
 use icoray::Frustum;
 
-/// The nearest value.
-#[derive(Debug)]
 pub(crate) struct Nearest<'s, 'a>(pub &'s PreparedJob<'a>);
 
 /// A frustum's values on both layers, products that give the nearest vertex, and the height midway.
-#[derive(Debug)]
 pub(crate) struct Values {
     on: [[f32; 3]; 2],
     /// Products of the three directions: times α, the point's component along each direction.

@@ -15,7 +15,6 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// Premultiplied colour and absorbed part of segments of one length, by the normalised values at front and back.
-#[derive(Debug)]
 pub(crate) struct Table {
     side: usize,
     step: f64,

@@ -11,12 +11,9 @@ use super::transfer::Transfer;
 use crate::job::PreparedJob;
 use icoray::Frustum;
 
-/// Linear interpolation in tetrahedra.
-#[derive(Debug)]
 pub(crate) struct Tetrahedra<'s, 'a>(pub &'s PreparedJob<'a>);
 
 /// The ray's way through a frustum's tetrahedra: where each ends, as distance from the eye, and the value on its way.
-#[derive(Debug)]
 pub(crate) struct Passage {
     end: [f64; 2],
     /// Value at the frustum's entry and its rise up to the exit, as if the frustum were all one tetrahedron.

@@ -5,7 +5,6 @@ use glam::Vec3;
 use icoray::Scene;
 
 /// Extinction and colour, looked up by value; and the map from field values to normalised ones.
-#[derive(Debug, Clone)]
 pub(crate) struct Transfer {
     knots: Vec<f32>,
     spans: Vec<Line>,

@@ -8,14 +8,12 @@ use glam::{DVec3, Vec3};
 use icoray::Frustum;
 
 /// Values, and gradients where the scene is lit, between the six vertices of a frustum.
-#[derive(Debug)]
 pub(crate) struct Wedge<'s, 'a> {
     prepared: &'s PreparedJob<'a>,
     gradients: Vec<Vec3>,
 }
 
 /// A frustum's values: the first vertex's and the differences of the other two, on the lower and the upper layer.
-#[derive(Debug)]
 pub(crate) struct Values {
     on: [[f32; 3]; 2],
     inner: f64,

@@ -11,7 +11,6 @@ use super::spans::Span;
 use crate::shading::{RayLighting, direction_of};
 use glam::DVec3;
 
-/// Transmittance at which rays end.
 pub(crate) const MIN_TRANSMITTANCE: f64 = 1e-17;
 
 /// Panels are short enough that heights change by no more than this part.
@@ -28,14 +27,12 @@ const LIT_TOLERANCE: f64 = 1e-11;
 const SMOOTH: f64 = 1e-6;
 
 /// Accumulated premultiplied linear RGB and transmittance.
-#[derive(Debug, Clone, Copy)]
 pub(crate) struct Radiance {
     pub color: DVec3,
     pub transmittance: f64,
 }
 
 impl Radiance {
-    /// No light yet.
     pub const NONE: Self = Radiance { color: DVec3::ZERO, transmittance: 1.0 };
 }
 
@@ -60,7 +57,6 @@ impl<'s> FieldInSpan<'s> {
 }
 
 /// One volume in a piece.
-#[derive(Debug)]
 pub(crate) struct VolumePiece<'s> {
     pub color: FieldInSpan<'s>,
     pub extinction: FieldInSpan<'s>,
@@ -69,7 +65,6 @@ pub(crate) struct VolumePiece<'s> {
 }
 
 /// The volumes of a piece, over places u, 0 to 1, of the given length in planet radii.
-#[derive(Debug)]
 pub(crate) struct Blend<'s> {
     pub gauss: &'s Gauss,
     pub parts: Vec<VolumePiece<'s>>,

@@ -4,8 +4,8 @@
 //! linear over linear, which together make `f(u) = f0 + (f1 - f0) u + bend · u (1 - u)/(1 + eps u)`: at most one
 //! extremum, and no coefficient that cancels.
 
+use crate::columns::FrustumWeights;
 use crate::double_double::Dd;
-use crate::layered_column::FrustumWeights;
 
 /// A quantity along a stretch, or along a part of one.
 #[derive(Debug, Clone, Copy)]

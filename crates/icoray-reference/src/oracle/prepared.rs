@@ -30,14 +30,12 @@ pub struct NamedField<'a> {
     pub values: Vec<f64>,
 }
 
-/// The transfer function of a field.
 #[derive(Debug)]
 pub(super) struct FieldTransfer {
     pub field: usize,
     pub spans: Spans,
 }
 
-/// The transfer functions of a volume.
 #[derive(Debug)]
 pub(super) struct Medium {
     pub color: FieldTransfer,

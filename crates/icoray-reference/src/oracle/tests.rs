@@ -25,13 +25,11 @@ fn scene(size: u32, transfer: &str, rest: &str) -> Scene {
     .unwrap()
 }
 
-/// Largest difference of a channel.
 fn max_difference(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
     assert!(a.iter().any(|pixel| pixel[3] > 0.2), "nothing is seen");
     Comparison::new(a, b).max
 }
 
-/// A mesh and layers with fields.
 struct Model {
     sphere: Sphere,
     layers: Layers,
@@ -39,7 +37,6 @@ struct Model {
 }
 
 impl Model {
-    /// The field `f` of position.
     fn new(level: u32, layers: usize, f: fn(DVec3) -> f64) -> Self {
         let sphere = Sphere::new(level, layers, [1.0, 1.3], f).unwrap();
         let values = sphere.values.iter().map(|value| f64::from(*value)).collect();

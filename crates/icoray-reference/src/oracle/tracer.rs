@@ -3,15 +3,13 @@
 use super::blend::{Blend, FieldInSpan, MIN_TRANSMITTANCE, Radiance, VolumePiece};
 use super::interpolant::FrustumInterpolant;
 use super::prepared::{FieldTransfer, Oracle};
-use crate::columns::Column;
+use crate::columns::{Column, FrustumWeights, LayeredColumn};
 use crate::double_double::Dd;
-use crate::layered_column::{FrustumWeights, LayeredColumn};
 use crate::ray::Ray;
 use crate::shading::{self, RayLighting, Shade, direction_of, over};
 use glam::DVec3;
 use icoray::{Level, LightSource, Paint};
 
-/// A ray that is traced.
 pub(super) struct Tracer<'o, 'a> {
     oracle: &'o Oracle<'a>,
     ray: Ray,
@@ -22,7 +20,6 @@ pub(super) struct Tracer<'o, 'a> {
 }
 
 /// A surface in a frustum: number of an isosurface, or of a surface at a height.
-#[derive(Debug, Clone, Copy)]
 enum Met {
     Isosurface(usize),
     Sheet(usize),
@@ -48,7 +45,6 @@ struct FrustumFields {
 }
 
 impl FrustumFields {
-    /// The distance at `u`.
     fn t(&self, u: f64) -> f64 {
         self.start + u * self.length
     }
@@ -71,7 +67,6 @@ impl<'o, 'a> Tracer<'o, 'a> {
         self.radiance.transmittance <= MIN_TRANSMITTANCE
     }
 
-    /// Adds a surface.
     fn over(&mut self, color: DVec3, opacity: f64) {
         self.radiance.color += self.radiance.transmittance * opacity * color;
         self.radiance.transmittance *= 1.0 - opacity;
@@ -235,7 +230,6 @@ impl<'o, 'a> Tracer<'o, 'a> {
         }
     }
 
-    /// Components of a field's gradient.
     fn gradient(&self, field: usize, frustum: &FrustumFields) -> Option<[FrustumInterpolant; 3]> {
         let gradients = self.oracle.gradients.get(field)?;
         let six = |axis: usize| self.oracle.six(frustum.cells, frustum.layer, |i| gradients[i][axis]);
@@ -268,7 +262,6 @@ impl<'o, 'a> Tracer<'o, 'a> {
         Blend { gauss: &oracle.gauss, parts, length, lighting, limit }.add(&mut self.radiance);
     }
 
-    /// A surface at `u` of a frustum.
     fn surface(&mut self, met: Met, frustum: &FrustumFields, u: f64) {
         let oracle = self.oracle;
         let value = |name: &str| Some(frustum.fields[oracle.data.find(name).ok()?].as_ref()?.value(u));

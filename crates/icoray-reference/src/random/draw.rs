@@ -78,7 +78,6 @@ impl RandomScene {
         self.mesh.grid()
     }
 
-    /// The data of the oracle.
     pub(super) fn data<'d>(&'d self, grid: &'d Grid<'d>) -> Data<'d> {
         Data { grid, layers: &self.layers, heights: &self.heights, fields: &self.fields }
     }

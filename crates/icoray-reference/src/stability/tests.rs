@@ -1,8 +1,7 @@
 //! The reference against a closed form, and the suite with its limits.
 
 use super::cases::{self, CaseMesh};
-use super::measure::{RUNS, Row, part_between};
-use super::measure_level;
+use super::{RUNS, Row, measure_level, part_between};
 use crate::columns::columns;
 use crate::oracle::{Data, NamedField, Oracle, PANEL};
 use crate::ray::Ray;

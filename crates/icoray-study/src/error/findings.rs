@@ -1,10 +1,8 @@
 //! Findings of the runs on a scene: errors beyond the reported ones, and methods that are faster than the default one.
 
-use super::measure::{MEASURES, Measure, Measured};
-use super::sweep::{EXACT, EXACT_F64};
+use super::measure::{EXACT, EXACT_F64, MEASURES, Measure, Measured};
 use std::fmt::Write as _;
 
-/// An answer with its reasons.
 #[derive(Debug, Clone)]
 pub struct Finding {
     pub is_true: bool,
@@ -73,7 +71,7 @@ pub fn fastest(scene: &str, runs: &[Measured]) -> Vec<Finding> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::sweep::ladders;
+    use crate::error::measure::ladders;
     use icoray_reference::comparison::{BoundCheck, Comparison};
 
     /// A run of one of the ladders.

@@ -43,13 +43,10 @@ const SCENES: [(&str, &[&str]); 5] = [
 ];
 
 /// Measures `1e-1` to `1e-7` in both precisions; prints the table, and puts it into the file `readme`.
-///
-/// # Errors
-/// As [`replace_section`].
 pub(super) fn run(readme: Option<&Path>, renderer: &Renderer, all: &Renderer, out: &mut dyn Write) -> Result<()> {
     let table = table(renderer, all, SIZE)?;
     say!(out, "{table}")?;
-    readme.map_or(Ok(()), |path| replace_section(path, "error", &table))
+    replace_section(readme, "error", &table)
 }
 
 fn table(renderer: &Renderer, all: &Renderer, [width, height]: [u32; 2]) -> Result<String> {

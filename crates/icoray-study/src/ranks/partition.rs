@@ -37,7 +37,6 @@ fn owners(mesh: &IcosahedralMesh, sharing: Sharing, ranks: usize) -> Vec<usize> 
 }
 
 /// One rank's part of a sphere: its own cells and a halo one cell wide.
-#[derive(Debug)]
 pub(super) struct MeshPart {
     /// Tables in local numbers.
     pub tables: Culled,
@@ -49,7 +48,6 @@ pub(super) struct MeshPart {
 }
 
 impl MeshPart {
-    /// The parts of all ranks.
     pub fn all(sphere: &Sphere, sharing: Sharing, ranks: usize) -> Vec<Self> {
         let owners = owners(&sphere.mesh, sharing, ranks);
         (0..ranks).into_par_iter().map(|rank| Self::new(sphere, &owners, rank)).collect()

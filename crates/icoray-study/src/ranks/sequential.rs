@@ -9,7 +9,6 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// State that the ranks of a team share.
-#[derive(Debug)]
 struct Schedule {
     /// The current turn, counted over all ranks.
     now: Mutex<u64>,
@@ -19,23 +18,18 @@ struct Schedule {
 /// Time that a rank has computed so far.
 pub(super) type Busy = Arc<Mutex<Duration>>;
 
-/// The seconds of a rank so far.
 pub(super) fn seconds(busy: &Busy) -> f64 {
     lock(busy).as_secs_f64()
 }
 
 /// A rank of a local team that computes in its turn only.
-#[derive(Debug)]
 pub(super) struct SequentialRank {
     team: LocalTeam,
     turns: Arc<Mutex<Turns>>,
 }
 
-/// A rank's turns.
-#[derive(Debug)]
 struct Turns {
     schedule: Arc<Schedule>,
-    /// Number of ranks.
     size: u64,
     turn: u64,
     since: Instant,
@@ -98,13 +92,11 @@ impl Turns {
 }
 
 impl Drop for SequentialRank {
-    /// Ends the turns of this rank.
     fn drop(&mut self) {
         lock(&self.turns).pass(u64::MAX);
     }
 }
 
-/// Shared memory of sequential ranks.
 struct SequentialMemory {
     memory: Box<dyn NodeMemory>,
     turns: Arc<Mutex<Turns>>,

@@ -27,7 +27,6 @@ pub(super) struct Shell {
 }
 
 /// What a picture's rays meet.
-#[derive(Debug)]
 pub(super) struct Work {
     /// Frusta per pixel, and the share of each node in them.
     pub frusta: f64,

@@ -29,7 +29,6 @@ pub struct Network {
 const WITHIN_NODE: f64 = 0.25;
 
 impl Network {
-    /// The node of a rank.
     pub fn node_of(&self, rank: usize) -> usize {
         rank / self.node_ranks
     }
@@ -49,13 +48,11 @@ impl Network {
 /// The clock of a rank, in seconds.
 pub(super) type Clock = Arc<Mutex<f64>>;
 
-/// The time of a clock.
 pub(super) fn time(clock: &Clock) -> f64 {
     *clock.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Messages that take the time of a network. The time of its arrival is behind each message.
-#[derive(Debug)]
 pub(super) struct TimedMessages {
     messages: LocalMessages,
     network: Network,

@@ -5,7 +5,6 @@ use icoray::{Result, Scene};
 /// The opacity of a shell's thickness at a value.
 pub(crate) type Opacity = fn(f64) -> f64;
 
-/// The range of the transfer functions.
 pub(crate) const RANGE: [f64; 2] = [-1.0, 1.0];
 
 /// Name and opacity of each transfer function over [`RANGE`].
@@ -37,7 +36,6 @@ pub(crate) fn knots(count: u32, opacity: Opacity) -> String {
     (0..count).map(knot).collect()
 }
 
-/// The table of a light from the eye.
 pub(crate) const HEADLIGHT: &str = "[light]\nkind = \"headlight\"";
 
 /// A scene of the whole globe: `rest` are lines before the tables, `transfer` is the text behind the header of the last

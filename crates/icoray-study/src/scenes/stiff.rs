@@ -78,7 +78,6 @@ fn knots() -> String {
     text
 }
 
-/// The scene of a transfer function.
 pub(crate) fn scene(size: u32, knots: Knots) -> Result<Scene> {
     multi_scale::globe("multi-scale", size, "", &format!("unit_length = 1\nknots = [\n{}]", knots()))
 }

@@ -1,12 +1,11 @@
 //! Frames of one grid.
 
-use super::case::{Case, Setting};
-use super::cost;
-use super::options::{Light, Options, Size};
-use super::setup::Setup;
+use super::options::{Case, Light, Options, Setting, Size, cores};
 use crate::peak::PeakMemory;
 use crate::results::io_error;
-use icoray::{Field, Fields, Frame, FrameReport, Grid, Location, Plan, Renderer, Result, Savings, Scene};
+use icoray::{
+    Counts, Field, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Location, Plan, Renderer, Result, Savings, Scene,
+};
 use icoray_reference::sphere::{Sphere, multi_scale};
 use std::time::Instant;
 
@@ -44,7 +43,6 @@ pub(super) struct Benchmark<'o> {
 }
 
 /// Frames of one scene on one number of threads.
-#[derive(Debug, Clone)]
 pub(super) struct Row {
     pub size: Size,
     pub cells: usize,
@@ -191,7 +189,7 @@ impl<'o> Benchmark<'o> {
             setting: *setting,
             seconds,
             crossed: crossed.max(counts.frusta),
-            bytes: cost::bytes(counts, crossed > counts.frusta, setting.light == Light::Lit),
+            bytes: bytes_read(counts, crossed > counts.frusta, setting.light == Light::Lit),
             field_bytes: size_of_val(self.sphere.values.as_slice()),
             report,
         }
@@ -201,5 +199,105 @@ impl<'o> Benchmark<'o> {
         let name = format!("{}_{}_{}_{:e}.png", self.size, setting.case.name, setting.light, setting.tolerance);
         let path = self.options.out.join(name);
         icoray::output::write_picture(&path, frame).map(drop).map_err(|e| io_error(&path, e))
+    }
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Setup {
+    pub level: u32,
+    pub cells: usize,
+    pub triangles: usize,
+    /// Numbers of threads, and the minimum seconds of each.
+    pub threads: Vec<usize>,
+    pub seconds: Vec<f64>,
+    /// Memory of the grid beside the model's tables, as it reports.
+    pub derived_bytes: usize,
+    /// Peak memory of the process beyond those tables during the check.
+    pub peak_bytes: u64,
+}
+
+impl Setup {
+    pub fn of(level: u32, mesh: &IcosahedralMesh, renderers: &[Renderer], times: usize) -> Result<Self> {
+        let threads = renderers.iter().map(Renderer::threads).collect();
+        let mut seconds = vec![f64::INFINITY; renderers.len()];
+        let mut derived_bytes = 0;
+        let peak = PeakMemory::start()?;
+        for _ in 0..times.max(1) {
+            for (renderer, min) in renderers.iter().zip(&mut seconds) {
+                let start = Instant::now();
+                let grid = renderer.run(|| Grid::new(mesh.tables()))?;
+                *min = min.min(start.elapsed().as_secs_f64());
+                derived_bytes = grid.derived_bytes();
+            }
+        }
+        let (cells, triangles) = (mesh.cells(), mesh.tables().corners());
+        Ok(Setup { level, cells, triangles, threads, seconds, derived_bytes, peak_bytes: peak.bytes()? })
+    }
+
+    /// Seconds, one number of threads after the other.
+    pub fn times(&self) -> String {
+        let times: Vec<_> = self.seconds.iter().map(|min| format!("{min:.3}")).collect();
+        times.join(", ")
+    }
+
+    pub fn line(&self) -> String {
+        format!(
+            "\nn = {}: {} cells, {} triangles; tables checked and derived in {} s on {}; {} bytes derived, {:.1} per cell, {:.1} \
+             per triangle; at most {:.1} MiB more than the tables meanwhile",
+            self.level,
+            self.cells,
+            self.triangles,
+            self.times(),
+            cores(&self.threads),
+            self.derived_bytes,
+            self.per_cell(),
+            self.per_triangle(),
+            self.peak_bytes as f64 / f64::from(1 << 20),
+        )
+    }
+
+    pub fn per_triangle(&self) -> f64 {
+        self.derived_bytes as f64 / self.triangles as f64
+    }
+
+    pub fn per_cell(&self) -> f64 {
+        self.derived_bytes as f64 / self.cells as f64
+    }
+}
+
+/// Of the next triangle: its number, its row of `corner_cell`, its new vertex' direction.
+const COLUMN: u64 = 4 + 12 + 24;
+/// Occupancy over a triangle, where there is empty space to skip.
+const BLOCKS: u64 = 4;
+/// Values of three cells on one layer, of 4 bytes.
+const VALUES: u64 = 12;
+/// Gradients of three vertices, wherever values are read.
+const GRADIENTS: u64 = 36;
+
+/// Bytes that rays read of tables and field; `empty_space` if they skip it.
+///
+/// Counted by hand in the kernel and multiplied by the numbers of columns and frusta. All reads count, including those
+/// that caches serve. Data that all rays share (layers, transfer function) and the preparation of frames do not count.
+fn bytes_read(counts: &Counts, empty_space: bool, is_lit: bool) -> u64 {
+    let column = COLUMN + if empty_space { BLOCKS } else { 0 };
+    let layer = VALUES + if is_lit { GRADIENTS } else { 0 };
+    // A frustum reads the layer behind it and the one ahead.
+    let layers = 2 * counts.frusta;
+    counts.columns * column + layers * layer
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_frusta_blocks_and_light_are_paid_for() {
+        let of = |columns, frusta, empty_space, is_lit| {
+            bytes_read(&Counts { columns, frusta, ..Counts::default() }, empty_space, is_lit)
+        };
+        assert_eq!(of(3, 0, false, false), 3 * 40);
+        assert_eq!(of(3, 0, true, false), 3 * 44);
+        assert_eq!(of(3, 5, false, false), 3 * 40 + 10 * 12);
+        assert_eq!(of(3, 2, false, true), 3 * 40 + 4 * 48);
     }
 }

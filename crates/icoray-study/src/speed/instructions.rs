@@ -3,8 +3,7 @@
 //! The study runs itself on a small grid with one frame and with none; the difference is a frame with its preparation.
 //! Valgrind supports AVX2 at most.
 
-use super::case::Setting;
-use super::options::{Light, Options, Size};
+use super::options::{Light, Options, Setting, Size};
 use super::pairs::BareRun;
 use icoray::{Error, ErrorKind, Result};
 use rayon::prelude::*;
@@ -12,7 +11,6 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// A tool that counts instructions.
-#[derive(Debug)]
 pub(super) struct Tool {
     name: &'static str,
     /// The words of its command before the program's.
@@ -34,16 +32,12 @@ static VALGRIND: Tool = Tool {
 };
 
 /// Instructions per frustum that was read.
-#[derive(Debug, Clone)]
 pub(super) struct Counted {
-    /// The tool's name.
     pub tool: &'static str,
     pub size: Size,
     pub per_frustum: Vec<PerFrustum>,
 }
 
-/// Instructions per frustum of a scene.
-#[derive(Debug, Clone)]
 pub(super) struct PerFrustum {
     pub light: Light,
     pub transfer: &'static str,
@@ -51,7 +45,6 @@ pub(super) struct PerFrustum {
 }
 
 impl Tool {
-    /// The command that runs a program under the tool.
     fn command(&self, program: &Path) -> Command {
         let mut words = self.words.split(' ');
         let mut command = Command::new(words.next().unwrap_or_default());
@@ -63,10 +56,7 @@ impl Tool {
         output.lines().find_map(self.count)
     }
 
-    /// The first tool that counts a run of this program with `--version`.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Unsupported`] where there is none.
+    /// The first tool that counts a run of this program with `--version`; an error where none does.
     pub fn find() -> Result<&'static Self> {
         let program = program()?;
         let counts = |tool: &&Tool| {
@@ -113,7 +103,6 @@ impl Tool {
     }
 }
 
-/// This program's file.
 pub(super) fn program() -> Result<PathBuf> {
     std::env::current_exe().map_err(|e| Error::new(ErrorKind::Io, format!("this program: {e}")))
 }

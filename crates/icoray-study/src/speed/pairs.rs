@@ -3,9 +3,8 @@
 //! Both programs run beside each other, each with its own grid and field, and render a frame on request. A frame of one
 //! build follows a frame of the other, so that noise of the machine affects both.
 
-use super::case::Setting;
 use super::instructions::Tool;
-use super::options::{Options, Size, cores};
+use super::options::{Options, Setting, Size, cores};
 use crate::results::say;
 use icoray::{Error, ErrorKind, Result};
 use std::io::{BufRead, BufReader, Write};
@@ -13,7 +12,6 @@ use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 
 /// What a bare run renders.
-#[derive(Debug, Clone, Copy)]
 pub(super) struct BareRun<'s> {
     pub size: Size,
     pub setting: &'s Setting,
@@ -39,9 +37,6 @@ impl BareRun<'_> {
 }
 
 /// Prints least seconds of both builds, their ratio, the median ratio of pairs, and instructions per frustum.
-///
-/// # Errors
-/// [`ErrorKind::Io`] if a program cannot be run, or does not render frames on request.
 pub(super) fn compare(
     options: &Options,
     settings: &[Setting],

@@ -1,7 +1,8 @@
-//! Summary of the comparison: time and memory relative to icoray's, and the largest grids in a given memory.
+//! A renderer's row of the table, and the summary of all: time and memory relative to icoray's, and the largest grids
+//! in a given memory.
 
-use super::options::Options;
-use super::row::{OURS, Row};
+use super::Options;
+use icoray_reference::comparison::Comparison;
 use std::fmt::Write as _;
 
 /// The paper's largest grid: 655,362 cells, 99 layers.
@@ -56,7 +57,6 @@ impl Line {
         self.fixed + self.per_wedge * wedges
     }
 
-    /// Maximum number of wedges in so many bytes.
     fn max_wedges(&self, bytes: f64) -> f64 {
         (bytes - self.fixed) / self.per_wedge
     }
@@ -131,12 +131,75 @@ fn fits(name: &str, line: &Line, options: &Options) -> String {
     )
 }
 
+pub(super) const OURS: &str = "icoray";
+
+/// Cost and error of a renderer's picture.
+pub(super) struct Row {
+    pub level: u32,
+    pub transfer: &'static str,
+    pub renderer: String,
+    pub seconds: Seconds,
+    /// Peak bytes beyond the model's arrays.
+    pub memory: u64,
+    /// Bytes that icoray derived from grid and field, which is all memory that grows with these; unknown for other
+    /// renderers.
+    pub derived: Option<u64>,
+    pub wedges: u64,
+    pub comparison: Comparison,
+}
+
+pub(super) struct Seconds {
+    /// Preparation before the first ray.
+    pub prepare: f64,
+    /// The first frame, in which VTK sorts and splits cells.
+    pub first: f64,
+    /// A later frame of the same values, and one of new values.
+    pub frame: f64,
+    pub step: f64,
+}
+
+impl Seconds {
+    pub fn all(&self) -> [f64; 4] {
+        [self.prepare, self.first, self.frame, self.step]
+    }
+}
+
+pub(super) const HEAD: [&str; 2] = [
+    "| n | transfer | renderer | prepare s | first frame s | frame s | frame of new values s | memory MiB | RMSE | max |",
+    "|---|---|---|---|---|---|---|---|---|---|",
+];
+
+pub(super) const COLUMNS: &str = "level,layers,transfer,renderer,prepare_s,first_frame_s,frame_s,step_frame_s,\
+    memory_bytes,wedges,rmse,max_error";
+
+impl Row {
+    pub fn line(&self) -> String {
+        let seconds = self.seconds.all().map(|s| format!("{s:.3}")).join(" | ");
+        format!(
+            "| {} | {} | {} | {seconds} | {:.1} | {:.1e} | {:.3} |",
+            self.level,
+            self.transfer,
+            self.renderer,
+            self.memory as f64 / f64::from(1 << 20),
+            self.comparison.rmse,
+            self.comparison.max,
+        )
+    }
+
+    pub fn cells(&self, options: &Options) -> Vec<String> {
+        let mut cells = vec![self.level.to_string(), options.layers.to_string()];
+        cells.extend([self.transfer.to_owned(), self.renderer.clone()]);
+        cells.extend(self.seconds.all().map(|s| format!("{s:.6}")));
+        cells.extend([self.memory, self.wedges].map(|n| n.to_string()));
+        cells.extend([self.comparison.rmse, self.comparison.max].map(|d| format!("{d:.6e}")));
+        cells
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::row::Seconds;
     use super::*;
     use clap::Parser;
-    use icoray_reference::comparison::Comparison;
 
     #[derive(Parser)]
     struct Asked {

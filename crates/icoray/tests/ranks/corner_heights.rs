@@ -1,11 +1,11 @@
 //! Heights at corners, as ICON has them: the picture of the same heights averaged by hand to cells, alone and over ranks.
 
 use crate::common::{
-    FAR, LIT, NEAR, assert_same_refusal, at_centers, bits, columns_of, count_beyond, laid_out, level_fastest, on_ranks,
-    picture, refusal,
+    FAR, LIT, NEAR, assert_same_refusal, at_centers, bits, columns_of, count_beyond, icosahedral, laid_out,
+    level_fastest, on_ranks, over_columns, picture, refusal, waves,
 };
-use crate::culled::{Culled, Mark, Style, holes};
-use crate::spread::{Spread, directions, partitions, without_holes};
+use crate::culled::{Culled, Mark, Style, directions, holes};
+use crate::spread::{Spread, partitions, without_holes};
 use icoray::{
     Decomposition, DistributedGrid, ErrorKind, Field, Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Location,
     OwnedReals, Ranks, Rendered, Renderer, Scene, Shape,
@@ -52,22 +52,16 @@ fn corner_heights(mesh: &IcosahedralMesh) -> Vec<f64> {
 
 /// The mean over the corners around each cell that have heights, rounded to the precision of the heights.
 fn averaged(grid: &Grid, heights: &[f64], round: impl Fn(f64) -> f64) -> Vec<f64> {
-    let value = |cell: usize, layer: usize| {
+    over_columns(grid.cells(), LAYERS, |cell, layer| {
         let around = grid.corners_of(cell as u32).map(|corner| heights[corner as usize * LAYERS + layer]);
         let there: Vec<f64> = around.filter(|height| *height != FILL).collect();
         if there.is_empty() { f64::NAN } else { round(there.iter().sum::<f64>() / there.len() as f64) }
-    };
-    (0..grid.cells()).flat_map(|cell| (0..LAYERS).map(move |layer| (cell, layer))).map(|(c, l)| value(c, l)).collect()
+    })
 }
 
 /// A field at all cells or corners.
 fn values(mesh: &IcosahedralMesh, location: Location) -> Vec<f32> {
-    let at = match location {
-        Location::Center => directions(&mesh.lon_center_rad, &mesh.lat_center_rad),
-        Location::Corner => directions(&mesh.lon_corner_rad, &mesh.lat_corner_rad),
-    };
-    let value = |p: glam::DVec3, layer: usize| (3.0 * p.x).sin() * (4.0 * p.y).cos() + p.z + 0.3 * layer as f64;
-    at.into_iter().flat_map(|p| (0..LAYERS).map(move |layer| value(p, layer) as f32)).collect()
+    waves(mesh, location, LAYERS).into_iter().map(|value| value as f32).collect()
 }
 
 fn corners(values: &[f64]) -> Field<'_> {
@@ -90,9 +84,8 @@ fn expected(mesh: &IcosahedralMesh, scene: &Scene, location: Location) -> Frame 
 /// In both precisions and all layouts, from both ends.
 #[test]
 fn heights_at_corners_are_averaged_to_the_bit() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
-    let (field, heights) = (values(&mesh, Location::Center), corner_heights(&mesh));
+    let (mesh, grid) = icosahedral(3);
+    let (field, heights) = (values(mesh, Location::Center), corner_heights(mesh));
     let count = grid.triangles();
     let renderer = Renderer::new(2).unwrap();
     for (i, scene) in scenes().into_iter().enumerate() {
@@ -148,13 +141,12 @@ fn averages_beside_holes_are_of_the_corners_that_are_there() {
 
 #[test]
 fn tiles_of_whole_grids_are_bitwise_one_process() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let (values, heights) = (values(&mesh, Location::Corner), corner_heights(&mesh));
+    let (mesh, grid) = icosahedral(3);
+    let (values, heights) = (values(mesh, Location::Corner), corner_heights(mesh));
     for scene in scenes() {
-        let expected = expected(&mesh, &scene, Location::Corner);
+        let expected = expected(mesh, &scene, Location::Corner);
         for count in 1..=3 {
             let (frame, _) = picture(on_ranks(count, |ranks| {
-                let grid = Grid::new(mesh.tables()).unwrap();
                 let fields = fields(level_fastest(&values, LAYERS, Location::Corner), corners(&heights));
                 Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, &layers(), fields).unwrap()
             }));
@@ -170,7 +162,8 @@ fn own_of(mesh: &IcosahedralMesh, culled: &Culled, owner: &[usize], rank: usize)
     for (column, _) in culled.cells.iter().enumerate().filter(|(_, cell)| owner[**cell] != rank) {
         field[column * LAYERS..][..LAYERS].fill(f32::NAN);
     }
-    let first = |corner: usize| mesh.corner_cell[3 * corner..][..3].iter().find(|cell| culled_has(culled, **cell));
+    let is_here = |cell: &&i32| culled.cells.binary_search(&(**cell as usize)).is_ok();
+    let first = |corner: usize| mesh.corner_cell[3 * corner..][..3].iter().find(is_here);
     for (column, corner) in culled.corners.iter().enumerate() {
         if first(*corner).is_none_or(|cell| owner[*cell as usize] != rank) {
             // Heights that fall are not looked at either.
@@ -178,10 +171,6 @@ fn own_of(mesh: &IcosahedralMesh, culled: &Culled, owner: &[usize], rank: usize)
         }
     }
     (field, heights)
-}
-
-fn culled_has(culled: &Culled, cell: i32) -> bool {
-    culled.cells.binary_search(&(cell as usize)).is_ok()
 }
 
 fn render_decomposed(
@@ -253,9 +242,9 @@ fn parts_of_meshes_with_holes_are_bitwise_one_process() {
 
 #[test]
 fn bad_heights_on_one_rank_are_the_error_of_all() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
+    let (mesh, grid) = icosahedral(2);
     let scene = scene(FAR, "", "");
-    let (all, good) = (values(&mesh, Location::Center), corner_heights(&mesh));
+    let (all, good) = (values(mesh, Location::Center), corner_heights(mesh));
     type Damage = fn(&mut Vec<f64>);
     let cases: [(Damage, &str); 3] = [
         (|h| h[LAYERS * 7 + 2] = -5e3, "heights: corner 7 (counted from 0), layers 3 and 2 of 4: -5000 m lies below"),
@@ -264,7 +253,6 @@ fn bad_heights_on_one_rank_are_the_error_of_all() {
     ];
     for (damage, words) in cases {
         let refused = on_ranks(3, |ranks| {
-            let grid = Grid::new(mesh.tables()).unwrap();
             let mut heights = good.clone();
             if ranks.rank() == 1 {
                 damage(&mut heights);
@@ -275,9 +263,9 @@ fn bad_heights_on_one_rank_are_the_error_of_all() {
         assert_same_refusal(&refused, ErrorKind::Layers, &format!("rank 1: {words}"));
     }
     // Of parts, on the rank that has the values.
-    let (_, owner) = partitions(&mesh, 2).swap_remove(0);
-    let refused = Spread::new(&mesh, 2, &owner).on_nodes(&[0, 0], |ranks, culled, grid, decomposition| {
-        let (field, mut heights) = own_of(&mesh, culled, &owner, ranks.rank());
+    let (_, owner) = partitions(mesh, 2).swap_remove(0);
+    let refused = Spread::new(mesh, 2, &owner).on_nodes(&[0, 0], |ranks, culled, grid, decomposition| {
+        let (field, mut heights) = own_of(mesh, culled, &owner, ranks.rank());
         let first = |corner: &usize| owner[mesh.corner_cell[3 * corner] as usize] == ranks.rank() && corner % 11 != 4;
         let column = culled.corners.iter().position(first).unwrap();
         if ranks.rank() == 1 {
@@ -294,15 +282,14 @@ fn bad_heights_on_one_rank_are_the_error_of_all() {
 /// No rank waits for halos that another does not send, or reads columns of another length.
 #[test]
 fn ranks_that_have_heights_at_other_places_are_an_error() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
+    let (mesh, grid) = icosahedral(2);
     let scene = scene(FAR, "", "");
-    let (all, good) = (values(&mesh, Location::Center), corner_heights(&mesh));
+    let (all, good) = (values(mesh, Location::Center), corner_heights(mesh));
     let centers = vec![0.0; mesh.cells() * LAYERS];
     let heights = |rank: usize| if rank == 1 { at_centers(&centers, LAYERS) } else { corners(&good) };
-    let (_, owner) = partitions(&mesh, 3).swap_remove(1);
-    let spread = Spread::new(&mesh, 3, &owner);
+    let (_, owner) = partitions(mesh, 3).swap_remove(1);
+    let spread = Spread::new(mesh, 3, &owner);
     let tiles = on_ranks(3, |ranks| {
-        let grid = Grid::new(mesh.tables()).unwrap();
         let fields = fields(at_centers(&all, LAYERS), heights(ranks.rank()));
         refusal(Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, &layers(), fields))
     });

@@ -1,6 +1,5 @@
 //! Grids that are spread over ranks: the picture that is put together of their fragments is that of the whole grid.
 
-use glam::DVec3;
 use icoray::{
     DistributedGrid, ErrorKind, Frame, FrameReport, Grid, Ground, IcosahedralMesh, Layers, Level, Lines, Location,
     Pattern, Rendered, Renderer, Scene,
@@ -9,10 +8,10 @@ use icoray_test_support::{count, is_long};
 
 use crate::common::{
     FAR, LIT, NEAR, assert_same_refusal, at_centers, columns_of, difference, level_fastest, on_ranks, picture,
-    pixel_difference, refusal,
+    pixel_difference, refusal, waves,
 };
 use crate::culled::{Culled, Mark, Style, holes};
-use crate::spread::{Spread, directions, partitions, without_holes};
+use crate::spread::{Spread, partitions, without_holes};
 
 const LAYERS: usize = 4;
 const HEIGHT_M: [f64; LAYERS] = [0.0, 5e3, 12e3, 20e3];
@@ -44,12 +43,7 @@ fn layers() -> Layers {
 }
 
 fn values(mesh: &IcosahedralMesh, location: Location) -> Vec<f64> {
-    let at = match location {
-        Location::Center => directions(&mesh.lon_center_rad, &mesh.lat_center_rad),
-        Location::Corner => directions(&mesh.lon_corner_rad, &mesh.lat_corner_rad),
-    };
-    let value = |p: DVec3, layer: usize| (3.0 * p.x).sin() * (4.0 * p.y).cos() + p.z + 0.3 * layer as f64;
-    at.into_iter().flat_map(|p| (0..LAYERS).map(move |layer| value(p, layer))).collect()
+    waves(mesh, location, LAYERS)
 }
 
 fn whole(mesh: &IcosahedralMesh, scene: &Scene, location: Location) -> Frame {

@@ -1,8 +1,9 @@
 //! Suggested scenes of fields that are spread over ranks equal those of the whole field, byte for byte.
 
+use crate::common::icosahedral;
 use crate::culled::{Culled, Mark, Style, towards};
 use crate::spread::{NO_OWNER, Spread};
-use icoray::{DistributedGrid, Error, Field, Grid, IcosahedralMesh, Layers, Location, Renderer, suggest};
+use icoray::{DistributedGrid, Error, Field, IcosahedralMesh, Layers, Location, Renderer, suggest};
 use icoray_test_support::Random;
 
 /// Nodes of the ranks of each run.
@@ -64,21 +65,20 @@ fn check(
 
 #[test]
 fn the_text_is_that_of_the_whole_field_on_any_number_of_ranks() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (mesh, grid) = icosahedral(3);
     let is_near = |cell: usize| grid.direction(cell as u32).dot(towards(10.0, 50.0)) > 0.9;
     let region: Vec<bool> = (0..mesh.cells()).map(is_near).collect();
     let everywhere = vec![true; mesh.cells()];
     let (volume, surface) = (suggest::Options::default(), suggest::Options::default().for_2d());
     for nodes in NODES {
         for value in [SIGNED, DECADES, STRATIFIED, LAYERED, MISSING, NOTHING] {
-            check((&mesh, &everywhere), nodes, value, (Location::Center, 3), &volume);
+            check((mesh, &everywhere), nodes, value, (Location::Center, 3), &volume);
         }
-        check((&mesh, &everywhere), nodes, SIGNED, (Location::Corner, 3), &volume);
-        check((&mesh, &region), nodes, SIGNED, (Location::Center, 3), &volume);
+        check((mesh, &everywhere), nodes, SIGNED, (Location::Corner, 3), &volume);
+        check((mesh, &region), nodes, SIGNED, (Location::Center, 3), &volume);
         // The ground is seen beside the region alone.
         for stays in [&everywhere, &region] {
-            check((&mesh, stays), nodes, SIGNED, (Location::Center, 3), &surface);
+            check((mesh, stays), nodes, SIGNED, (Location::Center, 3), &surface);
         }
     }
 }

@@ -2,14 +2,126 @@
 
 #![allow(dead_code, reason = "each crate that includes this takes what it needs of it")]
 
+use super::culled::directions;
 use glam::DVec3;
 use icoray::ranks::on_local_nodes;
-use icoray::{Error, ErrorKind, Field, Frame, FrameReport, Location, Ranks, Reals, Rendered, Scene, Shape};
+use icoray::{
+    Error, ErrorKind, Field, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Layers, Location, Ranks, Reals,
+    Rendered, Renderer, Scene, Shape,
+};
 use std::fmt::Debug;
 
 pub const FAR: &str = "lon = 20\nlat = 35\ndistance = 3.2\nfov = 45";
 pub const NEAR: &str = "lon = -100\nlat = -60\ndistance = 1.9\nfov = 60";
 pub const LIT: &str = "[light]\nkind = \"headlight\"";
+/// In the shell.
+pub const INSIDE: &str = "eye = [1.02, 0.3, 0.1]\ntarget = [0, 1.2, 0.3]\nfov = 100";
+pub const SHELL: &str = "knots = [ { value = 0.1, color = \"red\", extinction = 0 }, { value = 0.3, color = \"green\", extinction = 40 }, \
+     { value = 0.5, color = \"blue\", extinction = 0 } ]";
+pub const DENSE: &str = "knots = [ { value = -0.8, color = \"blue\", extinction = 4 }, { value = -0.2, color = \"white\", extinction = 1 }, \
+     { value = 0.3, color = \"yellow\", extinction = 1 }, { value = 0.8, color = \"red\", extinction = 9 } ]";
+
+/// A scene of the field f, in which `rest` has further keys and, behind a bar, further tables.
+pub fn scene(camera: &str, transfer: &str, rest: &str) -> Scene {
+    let (rest, light) = rest.split_once('|').unwrap_or((rest, ""));
+    Scene::parse(&format!(
+        "field = \"f\"\n{rest}\n[image]\nwidth = 72\nheight = 60\n[camera]\n{camera}\n[transfer]\n{transfer}\n{light}\n"
+    ))
+    .unwrap()
+}
+
+/// An icosahedral mesh of `level` bisections and its grid, which stay until the process ends.
+pub fn icosahedral(level: u32) -> (&'static IcosahedralMesh, Grid<'static>) {
+    let mesh: &IcosahedralMesh = Box::leak(Box::new(IcosahedralMesh::new(level).unwrap()));
+    (mesh, Grid::new(mesh.tables()).unwrap())
+}
+
+/// The values of each column and layer, level-fastest.
+pub fn over_columns<V>(columns: usize, layers: usize, value: impl Fn(usize, usize) -> V) -> Vec<V> {
+    (0..columns * layers).map(|i| value(i / layers, i % layers)).collect()
+}
+
+/// A field at all cells or corners, level-fastest.
+pub fn waves(mesh: &IcosahedralMesh, location: Location, layers: usize) -> Vec<f64> {
+    let at = match location {
+        Location::Center => directions(&mesh.lon_center_rad, &mesh.lat_center_rad),
+        Location::Corner => directions(&mesh.lon_corner_rad, &mesh.lat_corner_rad),
+    };
+    let wave = |p: DVec3, layer: usize| (3.0 * p.x).sin() * (4.0 * p.y).cos() + p.z + 0.3 * layer as f64;
+    over_columns(at.len(), layers, |column, layer| wave(at[column], layer))
+}
+
+/// A grid with the fields f and g on layers that follow mountains and get even upwards.
+pub struct TwoFields {
+    pub grid: Grid<'static>,
+    pub layers: Layers,
+    /// Of f and of g, level-fastest.
+    pub values: [Vec<f32>; 2],
+    /// Of the layers over each cell, level-fastest.
+    heights: Vec<f64>,
+}
+
+impl TwoFields {
+    /// Over `count` layers up to the height `top`, in planet radii; `values` gives those of f and g at a direction and
+    /// a height from 0 to 1, `mountain` the height of the ground.
+    pub fn new(
+        (level, count, top): (u32, usize, f64),
+        values: impl Fn(DVec3, f64) -> [f64; 2],
+        mountain: impl Fn(DVec3) -> f64,
+    ) -> Self {
+        let (_, grid) = icosahedral(level);
+        let up = |layer: usize| layer as f64 / (count - 1) as f64;
+        let at = |cell: usize| grid.direction(cell as u32);
+        let of = |k: usize| over_columns(grid.cells(), count, |cell, layer| values(at(cell), up(layer))[k] as f32);
+        let height = |cell: usize, layer: usize| mountain(at(cell)) * (1.0 - up(layer)) + top * up(layer);
+        let mean: Vec<f64> = (0..count).map(|layer| top * up(layer)).collect();
+        TwoFields {
+            layers: Layers::from_heights(&mean, 1.0).unwrap(),
+            values: [of(0), of(1)],
+            heights: over_columns(grid.cells(), count, height),
+            grid,
+        }
+    }
+
+    pub fn draw(&self, scene: &Scene, threads: usize) -> Result<Frame, Error> {
+        let field = |k: usize| at_centers(&self.values[k], self.layers.count());
+        let fields = Fields::new([("f", field(0)), ("g", field(1))]);
+        let fields = fields.with_heights(at_centers(&self.heights, self.layers.count()));
+        Renderer::new(threads)?.render(scene, &self.grid, &self.layers, fields)
+    }
+}
+
+/// A grid with the field f on layers 0.05 planet radii apart.
+pub struct OneField {
+    grid: Grid<'static>,
+    layers: Layers,
+    values: Vec<f32>,
+}
+
+impl OneField {
+    /// `value` gives that of a cell, at a direction, on one of `count` layers.
+    pub fn new(level: u32, count: usize, value: impl Fn(usize, DVec3, usize) -> f64) -> Self {
+        let (_, grid) = icosahedral(level);
+        let heights: Vec<f64> = (0..count).map(|layer| 0.05 * layer as f64).collect();
+        let value = |cell: usize, layer: usize| value(cell, grid.direction(cell as u32), layer) as f32;
+        let layers = Layers::from_heights(&heights, 1.0).unwrap();
+        OneField { values: over_columns(grid.cells(), count, value), layers, grid }
+    }
+
+    fn draw_over(&self, scene: &Scene, ranks: &mut Ranks, threads: usize) -> Rendered {
+        let field = at_centers(&self.values, self.layers.count());
+        Renderer::new(threads).unwrap().render_over(ranks, scene, &self.grid, &self.layers, &field).unwrap()
+    }
+
+    pub fn draw(&self, scene: &Scene, threads: usize) -> Frame {
+        picture(vec![self.draw_over(scene, &mut Ranks::alone(), threads)]).0
+    }
+
+    /// Over ranks of one thread each, which all have the whole grid.
+    pub fn draw_on(&self, scene: &Scene, ranks: usize) -> (Frame, Vec<FrameReport>) {
+        picture(on_ranks(ranks, |ranks| self.draw_over(scene, ranks, 1)))
+    }
+}
 
 /// A field without missing values, level-fastest.
 pub fn level_fastest<S>(values: &[S], layers: usize, location: Location) -> Field<'_>
@@ -19,7 +131,6 @@ where
     Field::level_fastest(values, layers, location).unwrap()
 }
 
-/// [`level_fastest`] at the centres of cells.
 pub fn at_centers<S>(values: &[S], layers: usize) -> Field<'_>
 where
     for<'v> Reals<'v>: From<&'v [S]>,
@@ -45,6 +156,25 @@ pub fn laid_out<S: Copy>(shape: &Shape, gap: S, value: impl Fn(usize, usize) -> 
 /// The columns `rows` of `all`, level-fastest.
 pub fn columns_of<S: Copy>(all: &[S], rows: &[usize], layers: usize) -> Vec<S> {
     rows.iter().flat_map(|row| &all[row * layers..][..layers]).copied().collect()
+}
+
+/// The mean of `many` × `many` pixels for each.
+pub fn averaged(fine: &Frame, many: u32) -> Vec<[f64; 4]> {
+    let side = fine.width / many;
+    let mut all = vec![[0.0; 4]; (side * side) as usize];
+    for (at, pixel) in (0..).zip(&fine.pixels) {
+        let (x, y) = (at % fine.width / many, at / fine.width / many);
+        for (sum, value) in all[(y * side + x) as usize].iter_mut().zip(pixel) {
+            *sum += f64::from(*value) / f64::from(many * many);
+        }
+    }
+    all
+}
+
+/// The largest difference of a channel of each pixel from that of a reference in double precision.
+pub fn distances(frame: &Frame, exact: &[[f64; 4]]) -> Vec<f64> {
+    let far = |(p, q): (&[f32; 4], &[f64; 4])| (0..4).map(|k| (f64::from(p[k]) - q[k]).abs()).fold(0.0, f64::max);
+    frame.pixels.iter().zip(exact).map(far).collect()
 }
 
 /// Eye and direction of the ray through the middle of each pixel, row by row.
@@ -77,6 +207,15 @@ pub fn picture(rendered: Vec<Rendered>) -> (Frame, Vec<FrameReport>) {
         }
     }
     (picture.unwrap(), reports)
+}
+
+/// The picture and the reports of each of several frames.
+pub fn pictures<const N: usize>(rendered: Vec<[Rendered; N]>) -> [(Frame, Vec<FrameReport>); N] {
+    let mut frames = [const { Vec::new() }; N];
+    for of_rank in rendered {
+        frames.iter_mut().zip(of_rank).for_each(|(frame, rendered)| frame.push(rendered));
+    }
+    frames.map(picture)
 }
 
 /// Pixels and errors bit by bit: NaN is equal to itself.

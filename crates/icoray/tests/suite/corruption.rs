@@ -3,6 +3,7 @@
 //! Correct meshes are damaged at random, 2,000 times, or 60,000 in the long run, each from its own seed, so that a
 //! failure can be repeated.
 
+use crate::common::icosahedral;
 use crate::culled::{Culled, Mark, Style, holes};
 use icoray::{
     ErrorKind, Field, Frame, Grid, GridTables, IcosahedralMesh, Indices, Layers, Location, LonLat, Renderer, Scene,
@@ -30,22 +31,20 @@ const WIDTHS: [usize; 5] = [6, 3, 3, 2, 1];
 impl Tables {
     fn new(mesh: &IcosahedralMesh, base: i32, is_wide: bool, has_count: bool) -> Self {
         let rows = [&mesh.cell_corner, &mesh.corner_cell, &mesh.corner_edge, &mesh.edge_corner];
-        let rows = rows.map(|table| table.iter().map(|v| i64::from(*v) + i64::from(base)).collect::<Vec<_>>());
+        let rows = rows.map(|table| table.iter().map(|v| v + base).collect::<Vec<i32>>());
+        let reals = [&mesh.lon_center_rad, &mesh.lat_center_rad, &mesh.lon_corner_rad, &mesh.lat_corner_rad];
+        Tables::of(reals.map(Clone::clone), rows.each_ref(), base, is_wide, has_count)
+    }
+
+    fn of(reals: [Vec<f64>; 4], rows: [&Vec<i32>; 4], base: i32, is_wide: bool, has_count: bool) -> Self {
+        let rows = rows.map(|table| table.iter().map(|v| i64::from(*v)).collect::<Vec<i64>>());
         let [cell_corner, corner_cell, corner_edge, edge_corner] = rows;
         // A pentagon's last corner stands twice.
         let count = cell_corner.chunks_exact(6).map(|row| if row[4] == row[5] { 5 } else { 6 }).collect();
-        let reals = [&mesh.lon_center_rad, &mesh.lat_center_rad, &mesh.lon_corner_rad, &mesh.lat_corner_rad];
-        Tables {
-            reals: reals.map(Clone::clone),
-            rows: [cell_corner, corner_cell, corner_edge, edge_corner, count],
-            has_count,
-            row: 6,
-            base,
-            is_wide,
-        }
+        let rows = [cell_corner, corner_cell, corner_edge, edge_corner, count];
+        Tables { reals, rows, has_count, row: 6, base, is_wide }
     }
 
-    /// A mesh with a hole.
     fn culled(mesh: &IcosahedralMesh, random: &mut Random, is_wide: bool, has_count: bool) -> Self {
         let holes = holes(mesh);
         let all = (String::new(), vec![true; mesh.cells()]);
@@ -55,19 +54,10 @@ impl Tables {
         let mark = [Mark::BeforeFirst, Mark::MinusOne, Mark::BehindLast][random.below(3)];
         let base = random.below(2) as i32;
         let culled = Culled::new(mesh, stays, style, mark, base);
-        let wide = |table: &[i32]| table.iter().map(|v| i64::from(*v)).collect::<Vec<i64>>();
-        let pentagons = culled.cell_corner.chunks_exact(6).map(|row| if row[4] == row[5] { 5 } else { 6 });
-        let rows = [
-            wide(&culled.cell_corner),
-            wide(&culled.corner_cell),
-            wide(&culled.corner_edge),
-            wide(&culled.edge_corner),
-            pentagons.collect(),
-        ];
-        Tables { reals: culled.lon_lat.clone(), rows, has_count, row: 6, base, is_wide }
+        let rows = [&culled.cell_corner, &culled.corner_cell, &culled.corner_edge, &culled.edge_corner];
+        Tables::of(culled.lon_lat.clone(), rows, base, is_wide, has_count)
     }
 
-    /// Does one damage.
     fn damage(&mut self, random: &mut Random) {
         let table = random.below(5);
         let width = WIDTHS[table];
@@ -229,8 +219,6 @@ fn damaged_tables_are_refused_or_drawn() {
         match outcome.unwrap_or_else(|_| panic!("seed {seed} panics")) {
             Ok(frame) => {
                 taken += 1;
-                let is_finite = |p: &[f32; 4]| p.iter().all(|c| c.is_finite());
-                assert!(frame.pixels.iter().all(is_finite), "seed {seed}: a pixel is not finite");
                 assert_bounded(&frame, &format!("seed {seed}"));
             }
             Err(error) => {
@@ -248,8 +236,10 @@ fn damaged_tables_are_refused_or_drawn() {
     assert!(refused > count / 2 && taken > 100, "{refused} refused, {taken} drawn");
 }
 
-/// Fails unless rays were traced, and with bounded work: ten times what sound scenes of these meshes take.
+/// Fails unless rays were traced to finite pixels, and with bounded work: ten times what sound scenes of these meshes
+/// take.
 fn assert_bounded(frame: &Frame, what: &str) {
+    assert!(frame.pixels.as_flattened().iter().all(|c| c.is_finite()), "{what}: a pixel is not finite");
     let counts = &frame.report.counts;
     assert!(counts.rays > 0, "{what}");
     assert!(counts.columns < 40 * counts.rays, "{what}: {counts:?}");
@@ -259,8 +249,7 @@ fn assert_bounded(frame: &Frame, what: &str) {
 /// Fields that no model should have, under light: bounded work, and finite pixels.
 #[test]
 fn extreme_values_are_drawn_in_bounded_work() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (_, grid) = icosahedral(2);
     let layers = Layers::from_heights(&[0.0, 6e3, 20e3], 6371e3).unwrap();
     let renderer = Renderer::new(2).unwrap();
     let odd: [&[f64]; 6] = [
@@ -280,8 +269,6 @@ fn extreme_values_are_drawn_in_bounded_work() {
                 let field = Field::new(samples, shape, Location::Center, None).unwrap();
                 let frame = renderer.render(&scene, &grid, &layers, &field).unwrap();
                 assert_bounded(&frame, &format!("{values:?}"));
-                let is_finite = |p: &[f32; 4]| p.iter().all(|c| c.is_finite());
-                assert!(frame.pixels.iter().all(is_finite), "{values:?}: a pixel is not finite");
                 assert!(frame.report.error.max.is_finite(), "{values:?}");
             }
         }

@@ -1,54 +1,20 @@
 //! Pixels with the edge of a surface in them, against pictures of many more rays.
 
-use crate::common::{LIT, at_centers, bits, count_beyond, on_ranks, picture};
-use icoray::{Certainty, Frame, Grid, IcosahedralMesh, Layers, Precision, Ranks, Rendered, Renderer, Scene};
+use crate::common::{LIT, OneField, averaged, bits, count_beyond, distances};
+use icoray::{Certainty, Frame, Precision, Scene};
 
-const LAYERS: usize = 5;
 const SIDE: u32 = 96;
 
-/// A grid, and a field that rises towards a place on the equator and with height.
-struct Data {
-    mesh: IcosahedralMesh,
-    values: Vec<f32>,
+/// A field that rises towards a place on the equator and with height.
+fn rising(level: u32) -> OneField {
+    OneField::new(level, 5, |_, p, layer| p.x + 0.1 * layer as f64)
 }
 
-impl Data {
-    fn new(level: u32) -> Self {
-        let mesh = IcosahedralMesh::new(level).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
-        let value = |cell: usize, layer: usize| grid.direction(cell as u32).x + 0.1 * layer as f64;
-        let all = |cell| (0..LAYERS).map(move |layer| value(cell, layer) as f32);
-        let values = (0..grid.cells()).flat_map(all).collect();
-        Data { mesh, values }
-    }
-
-    /// Draws over `ranks` with so many threads each, of a grid that all have whole.
-    fn draw_over(&self, scene: &Scene, ranks: &mut Ranks, threads: usize) -> Rendered {
-        let grid = Grid::new(self.mesh.tables()).unwrap();
-        let field = at_centers(&self.values, LAYERS);
-        let renderer = Renderer::new(threads).unwrap();
-        renderer.render_over(ranks, scene, &grid, &layers(), &field).unwrap()
-    }
-
-    fn draw(&self, scene: &Scene) -> Frame {
-        here(vec![self.draw_over(scene, &mut Ranks::alone(), 2)])
-    }
-
-    fn draw_on(&self, scene: &Scene, ranks: usize) -> Frame {
-        here(on_ranks(ranks, |ranks| self.draw_over(scene, ranks, 1)))
-    }
-}
-
-/// The picture; all ranks report the same number of edge pixels.
-fn here(drawn: Vec<Rendered>) -> Frame {
-    let (frame, reports) = picture(drawn);
+/// The picture of ranks, which all report the same number of edge pixels.
+fn draw_on(data: &OneField, scene: &Scene, ranks: usize) -> Frame {
+    let (frame, reports) = data.draw_on(scene, ranks);
     assert!(reports.iter().all(|report| report.edge_pixels == frame.report.edge_pixels));
     frame
-}
-
-fn layers() -> Layers {
-    let heights: Vec<f64> = (0..LAYERS).map(|layer| 0.05 * layer as f64).collect();
-    Layers::from_heights(&heights, 1.0).unwrap()
 }
 
 const CLEAR: &str = "[transfer]\nmap = \"viridis\"\nrange = [-1, 1.2]\nopacity = [[0, 0.0]]\n";
@@ -80,34 +46,14 @@ fn shown() -> Vec<(&'static str, String)> {
     ]
 }
 
-/// The mean of `many` × `many` pixels for each.
-fn averaged(fine: &Frame, many: u32) -> Vec<[f64; 4]> {
-    let side = fine.width / many;
-    let mut all = vec![[0.0; 4]; (side * side) as usize];
-    for (at, pixel) in (0..).zip(&fine.pixels) {
-        let (x, y) = (at % fine.width / many, at / fine.width / many);
-        for (sum, value) in all[(y * side + x) as usize].iter_mut().zip(pixel) {
-            *sum += f64::from(*value) / f64::from(many * many);
-        }
-    }
-    all
-}
-
-/// The sum of how far pixels are from others.
-fn distance(frame: &Frame, exact: &[[f64; 4]]) -> f64 {
-    let off =
-        |(a, b): (&[f32; 4], &[f64; 4])| a.iter().zip(b).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max);
-    frame.pixels.iter().zip(exact).map(off).sum()
-}
-
 #[test]
 fn edges_are_a_quarter_as_far_off_at_most_and_few_pixels_have_more_rays() {
-    let data = Data::new(5);
+    let data = rising(5);
     for (name, tables) in shown() {
-        let exact = averaged(&data.draw(&scene(8 * SIDE, true, "", &tables)), 8);
+        let exact = averaged(&data.draw(&scene(8 * SIDE, true, "", &tables), 2), 8);
         let [rough, smooth, large] = [(SIDE, false), (SIDE, true), (2 * SIDE, true)]
-            .map(|(side, antialias)| data.draw(&scene(side, antialias, "", &tables)));
-        let [before, after] = [&rough, &smooth].map(|frame| distance(frame, &exact));
+            .map(|(side, antialias)| data.draw(&scene(side, antialias, "", &tables), 2));
+        let [before, after] = [&rough, &smooth].map(|frame| distances(frame, &exact).iter().sum::<f64>());
         assert!(before > 4.0 * after, "{name}: {before} and {after} off");
         let edge_pixels = smooth.report.edge_pixels;
         let changed = bits(&rough).iter().zip(bits(&smooth)).filter(|(a, b)| **a != *b).count() as u64;
@@ -122,7 +68,7 @@ fn edges_are_a_quarter_as_far_off_at_most_and_few_pixels_have_more_rays() {
 
 #[test]
 fn the_silhouette_of_the_core_covers_the_area_of_a_sphere() {
-    let data = Data::new(6);
+    let data = rising(6);
     let camera = scene(SIDE, true, "", CLEAR).camera;
     // The part of a pixel from which the unit sphere is met, by rays of a fine raster.
     let covered = |x: u32, y: u32| {
@@ -137,7 +83,7 @@ fn the_silhouette_of_the_core_covers_the_area_of_a_sphere() {
     };
     let exact: Vec<f64> = (0..SIDE * SIDE).map(|i| covered(i % SIDE, i / SIDE)).collect();
     let mean_error = |antialias: bool| {
-        let frame = data.draw(&scene(SIDE, antialias, "", CLEAR));
+        let frame = data.draw(&scene(SIDE, antialias, "", CLEAR), 2);
         let at_edge = exact.iter().zip(&frame.pixels).filter(|(exact, _)| **exact > 0.0 && **exact < 1.0);
         let off: Vec<f64> = at_edge.map(|(exact, pixel)| (f64::from(pixel[0]) - exact).abs()).collect();
         off.iter().sum::<f64>() / off.len() as f64
@@ -148,17 +94,17 @@ fn the_silhouette_of_the_core_covers_the_area_of_a_sphere() {
 
 #[test]
 fn pictures_are_the_same_on_any_threads_and_ranks() {
-    let data = Data::new(3);
+    let data = rising(3);
     for (name, tables) in shown() {
         let scene = scene(SIDE, true, "", &tables);
-        let expected = data.draw(&scene);
+        let expected = data.draw(&scene, 2);
         assert!(expected.report.edge_pixels > 100, "{name}");
         for threads in [1, 8] {
-            let frame = here(vec![data.draw_over(&scene, &mut Ranks::alone(), threads)]);
+            let frame = data.draw(&scene, threads);
             assert!(bits(&frame) == bits(&expected), "{name} on {threads} threads");
         }
         for ranks in [2, 4] {
-            let frame = data.draw_on(&scene, ranks);
+            let frame = draw_on(&data, &scene, ranks);
             assert!(bits(&frame) == bits(&expected), "{name} on {ranks} ranks");
             assert_eq!(frame.report.edge_pixels, expected.report.edge_pixels, "{name}");
             assert_eq!(frame.report.counts.rays, expected.report.counts.rays, "{name}");
@@ -168,14 +114,14 @@ fn pictures_are_the_same_on_any_threads_and_ranks() {
 
 #[test]
 fn fragments_have_the_same_edges() {
-    let data = Data::new(3);
+    let data = rising(3);
     for (name, tables) in shown() {
         let tables = &tables;
         let [whole, pieces] = ["tiles", "fragments"]
             .map(|ranks| scene(SIDE, true, &format!("tolerance = 1e-6\nranks = \"{ranks}\""), tables));
-        let expected = data.draw(&whole);
+        let expected = data.draw(&whole, 2);
         for ranks in [2, 3] {
-            let frame = data.draw_on(&pieces, ranks);
+            let frame = draw_on(&data, &pieces, ranks);
             let [mine, others] = [&frame, &expected].map(|frame| frame.report.edge_pixels);
             let off = count_beyond(&frame, &expected, 0.0);
             // Of surfaces that are all but hidden ranks do not know what is in front, on other ranks.
@@ -188,10 +134,10 @@ fn fragments_have_the_same_edges() {
 
 #[test]
 fn errors_of_edges_are_bounds_too() {
-    let data = Data::new(3);
+    let data = rising(3);
     let haze = CLEAR.replace("[[0, 0.0]]", "[[-1, 0.2], [0.3, 0.1], [1.2, 0.4]]");
     let [exact, loose] =
-        ["1e-7", "1e-3"].map(|tolerance| data.draw(&scene(SIDE, true, &format!("tolerance = {tolerance}"), &haze)));
+        ["1e-7", "1e-3"].map(|tolerance| data.draw(&scene(SIDE, true, &format!("tolerance = {tolerance}"), &haze), 2));
     assert_eq!(exact.report.edge_pixels, loose.report.edge_pixels);
     assert_eq!(loose.report.error.certainty, Certainty::Bound);
     assert!(loose.report.error.max <= 1.01e-3);
@@ -200,7 +146,7 @@ fn errors_of_edges_are_bounds_too() {
 
 #[test]
 fn edges_are_the_same_at_every_tolerance() {
-    let data = Data::new(3);
+    let data = rising(3);
     // Matter through which surfaces are seen by a share of the light from all to nothing.
     let haze = CLEAR.replace("[[0, 0.0]]", "[[-1, 0.0], [0.2, 0.6], [1.2, 0.9]]\nunit_length = 0.02");
     for (surface, precision) in [(DOME, Precision::F64), (DOME, Precision::F32), (LAYER, Precision::F64)] {
@@ -208,7 +154,7 @@ fn edges_are_the_same_at_every_tolerance() {
         for tables in [format!("{haze}{clear}{LIT}"), format!("{haze}{surface}{CUT}")] {
             let drawn = |tolerance: &str| {
                 let scene = scene(SIDE, true, &format!("tolerance = {tolerance}"), &tables);
-                data.draw(&Scene { precision, ..scene })
+                data.draw(&Scene { precision, ..scene }, 2)
             };
             let exact = drawn("1e-6");
             assert!(exact.report.edge_pixels > 100, "{tables}: {}", exact.report.edge_pixels);
@@ -224,17 +170,17 @@ fn edges_are_the_same_at_every_tolerance() {
 
 #[test]
 fn scenes_without_edges_have_one_ray_per_pixel() {
-    let data = Data::new(3);
+    let data = rising(3);
     let haze = CLEAR.replace("[[0, 0.0]]", "[[-1, 0.01], [1.2, 0.01]]");
     // Lines are smooth by themselves.
     for lines in ["", "[[lines]]\npattern = \"cells\"\non = 2\n"] {
         let tables = format!("{haze}{lines}");
         let mut scene = scene(SIDE, true, "", &tables);
         scene.core = None;
-        assert_eq!(data.draw(&scene).report.edge_pixels, 0);
+        assert_eq!(data.draw(&scene, 2).report.edge_pixels, 0);
     }
-    let hurried = data.draw(&scene(SIDE, true, "time_budget_ms = 1", CLEAR));
+    let hurried = data.draw(&scene(SIDE, true, "time_budget_ms = 1", CLEAR), 2);
     assert_eq!(hurried.report.edge_pixels, 0);
     let patient = scene(SIDE, true, "time_budget_ms = 1e9", CLEAR);
-    assert!(data.draw(&patient).report.edge_pixels > 0);
+    assert!(data.draw(&patient, 2).report.edge_pixels > 0);
 }

@@ -1,7 +1,8 @@
 //! Measurements of first pictures of all kinds of fields: the share of the field and of the ground behind it, hues
 //! against the colour bar, and contrast with dark ground.
 
-use crate::culled::{Culled, Mark, Style, towards};
+use crate::common::over_columns;
+use crate::culled::{Culled, Mark, Style, directions, towards};
 use glam::DVec3;
 use icoray::{Coloring, Field, Frame, Grid, IcosahedralMesh, Layers, Level, Location, Renderer, Scene, suggest};
 use icoray_test_support::Random;
@@ -10,7 +11,6 @@ use std::f64::consts::TAU;
 const HEIGHT_M: [f64; 8] = [0.0, 1e3, 2e3, 4e3, 6e3, 9e3, 13e3, 20e3];
 const LAYERS: usize = HEIGHT_M.len();
 const EARTH_M: f64 = 6.371e6;
-/// Width and height of the pictures.
 const SIZE: (u32, u32) = (100, 80);
 /// The middle of the region, degrees, and its size, of the globe's.
 const MIDDLE: [f64; 2] = [10.0, 50.0];
@@ -35,7 +35,6 @@ impl Place {
         Random::at(self.number).unit()
     }
 
-    /// A normal number.
     fn normal(&self) -> f64 {
         let mut random = Random::at(self.number);
         (-2.0 * random.unit().max(1e-9).ln()).sqrt() * (TAU * random.unit()).cos()
@@ -208,8 +207,7 @@ fn near(p: DVec3, lon: f64, lat: f64, degrees: f64) -> bool {
 /// The cells of an icosahedral mesh that stay.
 fn mesh(level: u32, stays: impl Fn(DVec3) -> bool) -> Culled {
     let mesh = IcosahedralMesh::new(level).unwrap();
-    let places = mesh.lon_center_rad.iter().zip(&mesh.lat_center_rad);
-    let stays: Vec<bool> = places.map(|(lon, lat)| stays(towards(lon.to_degrees(), lat.to_degrees()))).collect();
+    let stays: Vec<bool> = directions(&mesh.lon_center_rad, &mesh.lat_center_rad).into_iter().map(stays).collect();
     Culled::new(&mesh, &stays, Style::Corners, Mark::BeforeFirst, 1)
 }
 
@@ -253,10 +251,7 @@ fn every_field_has_a_picture_whose_colours_are_read_off_the_bar() {
                 let height = HEIGHT_M[layer] / HEIGHT_M[LAYERS - 1];
                 Place { lon: to_globe(lon, 0), lat: to_globe(lat[cell], 1), height, number: cell * LAYERS + layer }
             };
-            let values: Vec<f64> = (0..grid.cells())
-                .flat_map(|cell| (0..LAYERS).map(move |layer| (cell, layer)))
-                .map(|(cell, layer)| value(&place(cell, layer)))
-                .collect();
+            let values = over_columns(grid.cells(), LAYERS, |cell, layer| value(&place(cell, layer)));
             let drawn = picture(&grid, &values, is_surface, &renderer);
             let shown: Vec<f64> = match is_surface {
                 true => values.iter().copied().step_by(LAYERS).collect(),

@@ -7,8 +7,8 @@ use icoray::{CenterField, ErrorKind, Grid, IcosahedralMesh, Layers, Location, Re
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use crate::common::{FAR, NEAR, at_centers, columns_of, difference, level_fastest, pixel_difference, rays};
-use crate::culled::{Culled, Hole, Mark, Style, holes, towards};
+use crate::common::{FAR, NEAR, at_centers, columns_of, difference, level_fastest, pixel_difference, rays, waves};
+use crate::culled::{Culled, Hole, Mark, Style, directions, holes, towards};
 
 const LAYERS: usize = 4;
 const HEIGHT_M: [f64; LAYERS] = [0.0, 5e3, 12e3, 20e3];
@@ -18,16 +18,6 @@ const STYLES: [(Style, Mark, i32); 4] = [
     (Style::Corners, Mark::BehindLast, 0),
     (Style::Triangles, Mark::MinusOne, 1),
 ];
-
-/// A value at each layer over each direction, level-fastest.
-fn values(at: impl Iterator<Item = DVec3>) -> Vec<f64> {
-    let value = |p: DVec3, layer: usize| (3.0 * p.x).sin() * (4.0 * p.y).cos() + p.z + 0.3 * layer as f64;
-    at.flat_map(|p| (0..LAYERS).map(move |layer| value(p, layer))).collect()
-}
-
-fn directions(lon_rad: &[f64], lat_rad: &[f64]) -> impl Iterator<Item = DVec3> {
-    lon_rad.iter().zip(lat_rad).map(|(lon, lat)| towards(lon.to_degrees(), lat.to_degrees()))
-}
 
 fn scene(camera: &str, rest: &str) -> Scene {
     let (rest, light) = rest.split_once('|').unwrap_or((rest, ""));
@@ -109,7 +99,7 @@ fn holes_of_all_kinds_are_closed() {
 #[test]
 fn small_caps_are_closed() {
     let mesh = IcosahedralMesh::new(6).unwrap();
-    let at: Vec<DVec3> = directions(&mesh.lon_center_rad, &mesh.lat_center_rad).collect();
+    let at = directions(&mesh.lon_center_rad, &mesh.lat_center_rad);
     for center in [towards(7.0, 46.0), DVec3::Z, DVec3::NEG_Z, DVec3::X] {
         let inside: Vec<bool> = at.iter().map(|p| p.angle_between(center) < 5f64.to_radians()).collect();
         let outside: Vec<bool> = inside.iter().map(|i| !i).collect();
@@ -140,7 +130,7 @@ fn a_hole_looks_like_missing_values() {
     let (mut drawn, mut differing, mut worst) = (0, 0, 0.0f32);
     each_hole(3, |mesh, (name, stays), culled| {
         let whole = Grid::new(mesh.tables()).unwrap();
-        let mut all = values(directions(&mesh.lon_center_rad, &mesh.lat_center_rad));
+        let mut all = waves(mesh, Location::Center, LAYERS);
         let kept = columns_of(&all, &culled.cells, LAYERS);
         for (values, _) in all.chunks_exact_mut(LAYERS).zip(stays).filter(|(_, stays)| !**stays) {
             values.fill(f64::NAN);
@@ -174,7 +164,7 @@ fn data_beside_holes_are_drawn_as_in_the_whole_mesh() {
         let scene = scene(camera, &format!("precision = \"{precision}\""));
         each_hole(3, |mesh, (name, stays), culled| {
             let whole = Grid::new(mesh.tables()).unwrap();
-            let all = values(directions(&mesh.lon_center_rad, &mesh.lat_center_rad));
+            let all = waves(mesh, Location::Center, LAYERS);
             let kept = columns_of(&all, &culled.cells, LAYERS);
             let draw = |grid: &Grid, values: &[f64]| {
                 renderer.render(&scene, grid, &layers, &at_centers(values, LAYERS)).unwrap()
@@ -336,7 +326,7 @@ fn inner_edge(m: &Culled, t: usize) -> usize {
 #[test]
 fn patches_that_overlap_are_refused() {
     let mesh = IcosahedralMesh::new(3).unwrap();
-    let at: Vec<DVec3> = directions(&mesh.lon_center_rad, &mesh.lat_center_rad).collect();
+    let at = directions(&mesh.lon_center_rad, &mesh.lat_center_rad);
     let near = |p: &DVec3, lon: f64| p.angle_between(towards(lon, 10.0)) < 0.4;
     let stays: Vec<bool> = at.iter().map(|p| near(p, 0.0) || near(p, 90.0)).collect();
     let mut culled = Culled::new(&mesh, &stays, Style::Triangles, Mark::MinusOne, 0);

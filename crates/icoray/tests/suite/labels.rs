@@ -1,8 +1,8 @@
 //! Labels and colour ranges from the scene to the files.
 
-use crate::common::at_centers;
+use crate::common::{at_centers, icosahedral};
 use icoray::output::{Existing, NameTemplate, Output, Stamp, write_frame, write_picture_with};
-use icoray::{Description, Frame, Grid, IcosahedralMesh, Layers, Renderer, Scene};
+use icoray::{Description, Frame, Grid, Layers, Renderer, Scene};
 use std::path::Path;
 
 const LAYERS: usize = 5;
@@ -20,7 +20,7 @@ const FIXED: &str = "map = \"viridis\"\nrange = [-1, 1]\nopacity = [[-1, 0.2], [
 
 /// A sphere whose values go from -`most` to `most`.
 struct Sphere {
-    mesh: IcosahedralMesh,
+    grid: Grid<'static>,
     layers: Layers,
     renderer: Renderer,
 }
@@ -29,19 +29,18 @@ impl Sphere {
     fn new() -> Self {
         let heights: Vec<f64> = (0..LAYERS).map(|k| 4000.0 * k as f64).collect();
         Sphere {
-            mesh: IcosahedralMesh::new(4).unwrap(),
+            grid: icosahedral(4).1,
             layers: Layers::from_heights(&heights, 6.371e6).unwrap(),
             renderer: Renderer::new(2).unwrap(),
         }
     }
 
     fn frame(&self, scene: &Scene, most: f32) -> Frame {
-        let grid = Grid::new(self.mesh.tables()).unwrap();
-        let count = grid.cells() * LAYERS;
+        let count = self.grid.cells() * LAYERS;
         let values: Vec<f32> =
             (0..count).map(|i| most * (2.0 * (i * 7919 % count) as f32 / (count - 1) as f32 - 1.0)).collect();
         let field = at_centers(&values, LAYERS);
-        let mut frame = self.renderer.render(scene, &grid, &self.layers, &field).unwrap();
+        let mut frame = self.renderer.render(scene, &self.grid, &self.layers, &field).unwrap();
         let description = Description { long_name: Some("a field".into()), units: Some("m s-1".into()) };
         frame.descriptions.insert(scene.field().to_owned(), description);
         frame.stamp = Stamp { step: 3, time_s: 60.0, date: None };

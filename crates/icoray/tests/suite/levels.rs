@@ -1,15 +1,10 @@
 //! Levels of detail: pictures of values that were drawn before are traced on coarser grids, within their errors.
 
-use crate::common::{FAR, LIT, count_beyond};
-use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Precision, Renderer, Scene};
+use crate::common::{DENSE, FAR, INSIDE, LIT, SHELL, at_centers, count_beyond, icosahedral, scene};
+use icoray::{Frame, Grid, Layers, Precision, Renderer, Scene};
 use icoray_test_support::Random;
 
 const LAYERS: usize = 9;
-const INSIDE: &str = "eye = [1.02, 0.3, 0.1]\ntarget = [0, 1.2, 0.3]\nfov = 100";
-const DENSE: &str = "knots = [ { value = -0.8, color = \"blue\", extinction = 4 }, { value = -0.2, color = \"white\", extinction = 1 }, \
-     { value = 0.3, color = \"yellow\", extinction = 1 }, { value = 0.8, color = \"red\", extinction = 9 } ]";
-const SHELL: &str = "knots = [ { value = 0.1, color = \"red\", extinction = 0 }, { value = 0.3, color = \"green\", extinction = 40 }, \
-     { value = 0.5, color = \"blue\", extinction = 0 } ]";
 const STEPS: &str = "knots = [ { value = -0.5, color = \"orange\", extinction = 30 }, { value = -0.5, color = \"blue\", extinction = 0 }, \
      { value = 0.2, color = \"blue\", extinction = 0 }, { value = 0.2, color = \"white\", extinction = 9 } ]";
 /// Stripes of one extinction: only the colours of a level differ.
@@ -19,7 +14,7 @@ const STRIPES: &str = "knots = [ { value = -0.9, color = \"black\", extinction =
 
 /// A smooth field over a grid of four levels, of whose values some may be missing.
 struct Model {
-    mesh: IcosahedralMesh,
+    grid: Grid<'static>,
     layers: Layers,
     values: Vec<f32>,
 }
@@ -27,7 +22,7 @@ struct Model {
 impl Model {
     /// `falls` stores the outermost layer first.
     fn new(waves: f64, misses: bool, falls: bool) -> Self {
-        let mesh = IcosahedralMesh::new(7).unwrap();
+        let (mesh, grid) = icosahedral(7);
         let mut values = Vec::new();
         for (lon, lat) in mesh.lon_center_rad.iter().zip(&mesh.lat_center_rad) {
             for layer in (0..LAYERS).map(|layer| if falls { LAYERS - 1 - layer } else { layer }) {
@@ -40,23 +35,15 @@ impl Model {
         if falls {
             radii.reverse();
         }
-        Model { mesh, layers: Layers::new(radii, 1.0).unwrap(), values }
+        Model { grid, layers: Layers::new(radii, 1.0).unwrap(), values }
     }
 
     /// The first, second and third picture of the same renderer.
     fn draw(&self, scenes: [&Scene; 3]) -> [Frame; 3] {
-        let grid = Grid::new(self.mesh.tables()).unwrap();
-        let field = Field::level_fastest(&self.values, LAYERS, Location::Center).unwrap();
+        let field = at_centers(&self.values, LAYERS);
         let renderer = Renderer::new(2).unwrap().with_levels();
-        scenes.map(|scene| renderer.render(scene, &grid, &self.layers, &field).unwrap())
+        scenes.map(|scene| renderer.render(scene, &self.grid, &self.layers, &field).unwrap())
     }
-}
-
-fn scene(camera: &str, transfer: &str, rest: &str) -> Scene {
-    Scene::parse(&format!(
-        "field = \"f\"\n{rest}\n[image]\nwidth = 72\nheight = 60\n[camera]\n{camera}\n[transfer]\n{transfer}\n"
-    ))
-    .unwrap()
 }
 
 #[test]

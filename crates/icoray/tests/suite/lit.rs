@@ -1,50 +1,25 @@
 //! Lit volumes beside surfaces, isosurfaces, other volumes and cuts, and over layers at heights of their own: no pixel
 //! is farther from the same picture at a far finer tolerance than both errors, and none is over its tolerance.
 
-use crate::common::{at_centers, pixel_difference};
-use icoray::{Fields, Frame, Grid, IcosahedralMesh, Layers, Precision, Renderer, Scene};
+use crate::common::{TwoFields, at_centers, icosahedral, over_columns, pixel_difference};
+use glam::DVec3;
+use icoray::{Fields, Frame, Layers, Precision, Renderer, Scene};
 use icoray_test_support as support;
 
 const LAYERS: usize = 7;
 const FINEST: f64 = 1e-7;
 
-/// Two fields, with extrema inside of columns, and heights, level-fastest.
-struct Data {
-    mesh: IcosahedralMesh,
-    values: [Vec<f32>; 2],
-    heights: Vec<f64>,
+/// Two fields with extrema inside of columns.
+fn waves(level: u32) -> TwoFields {
+    let wave = |d: DVec3, up: f64, phase: f64| {
+        (6.0 * d.x + phase).sin() * (5.0 * d.y - phase).cos() + 0.7 * (9.0 * up + 4.0 * d.z + phase).sin()
+    };
+    let values = |d: DVec3, up: f64| [0.3, 1.9].map(|phase| wave(d, up, phase));
+    TwoFields::new((level, LAYERS, 0.15), values, |d| 0.03 * (1.0 + (8.0 * d.y).sin()))
 }
 
-impl Data {
-    fn new(level: u32) -> Self {
-        let mesh = IcosahedralMesh::new(level).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
-        let columns = || (0..grid.cells()).flat_map(|cell| (0..LAYERS).map(move |layer| (cell, layer)));
-        let up = |layer: usize| layer as f64 / (LAYERS - 1) as f64;
-        let wave = |phase: f64| {
-            let value = |(cell, layer): (usize, usize)| {
-                let d = grid.direction(cell as u32);
-                let across = (6.0 * d.x + phase).sin() * (5.0 * d.y - phase).cos();
-                (across + 0.7 * (9.0 * up(layer) + 4.0 * d.z + phase).sin()) as f32
-            };
-            columns().map(value).collect()
-        };
-        let height = |(cell, layer): (usize, usize)| {
-            let mountain = 0.03 * (1.0 + (8.0 * grid.direction(cell as u32).y).sin());
-            mountain * (1.0 - up(layer)) + 0.15 * up(layer)
-        };
-        let (values, heights) = ([wave(0.3), wave(1.9)], columns().map(height).collect());
-        Data { mesh, values, heights }
-    }
-
-    fn draw(&self, scene: &Scene) -> Frame {
-        let grid = Grid::new(self.mesh.tables()).unwrap();
-        let [f, g] = self.values.each_ref().map(|values| at_centers(values, LAYERS));
-        let fields = Fields::new([("f", f), ("g", g)]).with_heights(at_centers(&self.heights, LAYERS));
-        let heights: Vec<f64> = (0..LAYERS).map(|layer| 0.15 * layer as f64 / (LAYERS - 1) as f64).collect();
-        let layers = Layers::from_heights(&heights, 1.0).unwrap();
-        Renderer::new(2).unwrap().render(scene, &grid, &layers, fields).unwrap()
-    }
+fn draw(data: &TwoFields, scene: &Scene) -> Frame {
+    data.draw(scene, 2).unwrap()
 }
 
 /// What is shown beside the volume of `f`.
@@ -120,7 +95,7 @@ fn wrong(frame: &Frame, fine: &Frame, tolerance: f64) -> [usize; 3] {
 
 #[test]
 fn no_lit_pixel_is_farther_off_than_its_error() {
-    let data = Data::new(3);
+    let data = waves(3);
     let (size, all) = support::count((20, false), (28, true));
     let mut failures = Vec::new();
     let mut pixels = 0;
@@ -134,10 +109,10 @@ fn no_lit_pixel_is_farther_off_than_its_error() {
                     }
                     let mut scene = scene(size, beside, transfer, camera, light);
                     scene.tolerance = FINEST;
-                    let fine = data.draw(&scene);
+                    let fine = draw(&data, &scene);
                     for tolerance in [1e-2, 1e-3, 1e-4, 1e-5] {
                         scene.tolerance = tolerance;
-                        let frame = data.draw(&scene);
+                        let frame = draw(&data, &scene);
                         pixels += frame.pixels.len();
                         let wrong = wrong(&frame, &fine, tolerance);
                         if wrong != [0; 3] {
@@ -158,7 +133,7 @@ fn no_lit_pixel_is_farther_off_than_its_error() {
 
 #[test]
 fn a_lit_volume_alone_reports_no_error_above_its_tolerance() {
-    let data = Data::new(3);
+    let data = waves(3);
     let size = support::count(40, 160);
     for precision in [Precision::F64, Precision::F32] {
         for (name, transfer) in TRANSFERS {
@@ -171,7 +146,7 @@ fn a_lit_volume_alone_reports_no_error_above_its_tolerance() {
                 scene.precision = precision;
                 for tolerance in [1e-2, 1e-3] {
                     scene.tolerance = tolerance;
-                    let error = data.draw(&scene).report.error;
+                    let error = draw(&data, &scene).report.error;
                     let what = format!("{name} {light:?} {precision:?} {tolerance}: {error}");
                     assert!(error.max > 0.01 * tolerance && error.pixels_over_tolerance == 0, "{what}");
                 }
@@ -184,7 +159,7 @@ fn a_lit_volume_alone_reports_no_error_above_its_tolerance() {
 fn pixels_that_rounding_puts_above_the_tolerance_are_counted() {
     let mut scene = scene(24, "nothing", TRANSFERS[1].1, CAMERAS[0], LIGHTS[0]);
     (scene.precision, scene.lighting, scene.tolerance) = (Precision::F32, None, 1e-6);
-    let frame = Data::new(3).draw(&scene);
+    let frame = draw(&waves(3), &scene);
     let over = frame.error.iter().filter(|error| **error > 1e-6).count();
     assert!(over > 0, "{}", frame.report.error);
     assert_eq!(frame.report.error.pixels_over_tolerance, over as u64);
@@ -196,14 +171,13 @@ fn pixels_that_rounding_puts_above_the_tolerance_are_counted() {
 /// say that a picture is bad.
 #[test]
 fn flat_parts_of_a_field_raise_no_false_alarm() {
-    let mesh = IcosahedralMesh::new(4).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (_, grid) = icosahedral(4);
     // Hills with a flat top on flat ground, the same on all layers.
     let hill = |cell: usize| {
         let near = [[1.0, 0.0, 0.0], [0.0, 0.8, 0.6]].map(|at| grid.direction(cell as u32).dot(at.into()));
         ((near[0].max(near[1]) - 0.6) / 0.3).clamp(0.0, 1.0) as f32
     };
-    let values: Vec<f32> = (0..grid.cells()).flat_map(|cell| [hill(cell); LAYERS]).collect();
+    let values = over_columns(grid.cells(), LAYERS, |cell, _| hill(cell));
     let layers = Layers::from_heights(&[0.0, 0.02, 0.04, 0.06, 0.08, 0.1, 0.12], 1.0).unwrap();
     let transfer =
         "[transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0.2, 0], [0.9, 0.8]]\nunit_length = 0.05\n";

@@ -1,11 +1,10 @@
 //! Frames and grids that do not fit into memory are refused, with the bytes that are missing.
 
-use icoray::{ErrorKind, Field, Fields, Grid, IcosahedralMesh, Layers, Location, Plan, Renderer, Scene};
+use crate::common::{LIT, at_centers, icosahedral};
+use icoray::{ErrorKind, Fields, Grid, IcosahedralMesh, Layers, Plan, Renderer, Scene};
 use std::process::Command;
 
 const LAYERS: usize = 4;
-
-const LIT: &str = "[light]\nkind = \"headlight\"";
 
 fn scene(rest: &str, distance: f64) -> Scene {
     Scene::parse(&format!(
@@ -17,11 +16,10 @@ fn scene(rest: &str, distance: f64) -> Scene {
 
 /// A renderer with a limit of so many bytes below what the plan says, and what comes of two frames.
 fn refused(rest: &str, missing: u64) -> [Option<String>; 2] {
-    let mesh = IcosahedralMesh::new(4).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (_, grid) = icosahedral(4);
     let layers = Layers::from_heights(&[0.0, 100e3, 200e3, 300e3], 6.371e6).unwrap();
     let values: Vec<f32> = (0..grid.cells() * LAYERS).map(|i| (i as f32 * 0.37).sin()).collect();
-    let field = Field::level_fastest(&values, LAYERS, Location::Center).unwrap();
+    let field = at_centers(&values, LAYERS);
     let scene = scene(rest, 3.2);
     let memory = Plan::new(&scene, &grid, &layers, &field).unwrap().memory(&scene, &grid);
     assert_eq!(memory.grid as usize, grid.derived_bytes());
@@ -49,11 +47,10 @@ fn a_frame_that_does_not_fit_is_refused_with_the_missing_bytes() {
 
 #[test]
 fn derived_fields_that_do_not_fit_are_refused_before_they_are_made() {
-    let mesh = IcosahedralMesh::new(4).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (_, grid) = icosahedral(4);
     let layers = Layers::from_heights(&[0.0, 100e3, 200e3, 300e3], 6.371e6).unwrap();
     let values = vec![0.5f32; grid.cells() * LAYERS];
-    let field = Field::level_fastest(&values, LAYERS, Location::Center).unwrap();
+    let field = at_centers(&values, LAYERS);
     let derive = "[[derive]]\nname = \"a\"\nanomaly = \"f\"\nfrom = \"first\"\n[[derive]]\nname = \"b\"\nsum = { a = 2 }\n\
                   [[derive]]\nname = \"c\"\nsum = { b = 2 }\n[[surfaces]]\nfield = \"b\"\n";
     let scene = scene(derive, 3.2);
@@ -75,11 +72,10 @@ fn derived_fields_that_do_not_fit_are_refused_before_they_are_made() {
 /// Gradients of a close-up are those of few cells.
 #[test]
 fn hidden_cells_do_not_count_as_memory() {
-    let mesh = IcosahedralMesh::new(5).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (_, grid) = icosahedral(5);
     let layers = Layers::from_heights(&[0.0, 1e3, 2e3, 3e3], 6.371e6).unwrap();
     let values = vec![0.5f32; grid.cells() * LAYERS];
-    let field = Field::level_fastest(&values, LAYERS, Location::Center).unwrap();
+    let field = at_centers(&values, LAYERS);
     let gradients = |distance: f64| {
         let scene = scene(LIT, distance);
         Plan::new(&scene, &grid, &layers, &field).unwrap().memory(&scene, &grid).gradients as f64

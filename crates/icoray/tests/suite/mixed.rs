@@ -2,52 +2,24 @@
 
 use glam::DVec3;
 
-use crate::common::{LIT, at_centers, count_beyond, difference, rays};
+use crate::common::{LIT, TwoFields, count_beyond, difference, distances, rays};
 use icoray::{
-    Certainty, Clip, Error, Fields, Frame, Grid, HalfSpace, IcosahedralMesh, Isosurface, Knot, Layers, Level,
-    LonLatBox, Opacity, Paint, Renderer, Scene, Stretch, Surface, TransferFunction, Traversal, Volume,
+    Certainty, Clip, Frame, HalfSpace, Isosurface, Knot, Level, LonLatBox, Opacity, Paint, Scene, Stretch, Surface,
+    TransferFunction, Traversal, Volume,
 };
 use std::ops::ControlFlow;
 
 const LAYERS: usize = 9;
 
-/// Two fields of waves over a grid, level-fastest.
-struct Data {
-    mesh: IcosahedralMesh,
-    values: [Vec<f32>; 2],
+fn waves(level: u32) -> TwoFields {
+    let wave = |d: DVec3, h: f64, phase: f64| {
+        (5.0 * d.x + phase).sin() * (4.0 * d.y - phase).cos() + 0.8 * (7.0 * d.z * h + phase).sin()
+    };
+    TwoFields::new((level, LAYERS, 0.15), |d, h| [0.3, 1.9].map(|phase| wave(d, h, phase)), |_| 0.0)
 }
 
-impl Data {
-    fn new(level: u32) -> Self {
-        let mesh = IcosahedralMesh::new(level).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
-        let wave = |phase: f64| {
-            let value = |cell: usize, layer: usize| {
-                let d = grid.direction(cell as u32);
-                let h = layer as f64 / (LAYERS - 1) as f64;
-                ((5.0 * d.x + phase).sin() * (4.0 * d.y - phase).cos() + 0.8 * (7.0 * d.z * h + phase).sin()) as f32
-            };
-            (0..grid.cells()).flat_map(|cell| (0..LAYERS).map(move |layer| value(cell, layer))).collect()
-        };
-        let values = [wave(0.3), wave(1.9)];
-        Data { mesh, values }
-    }
-
-    fn draw(&self, scene: &Scene) -> Frame {
-        self.try_draw(scene).unwrap()
-    }
-
-    fn try_draw(&self, scene: &Scene) -> Result<Frame, Error> {
-        let grid = Grid::new(self.mesh.tables()).unwrap();
-        let [f, g] = self.values.each_ref().map(|values| at_centers(values, LAYERS));
-        let fields = Fields::new([("f", f), ("g", g)]);
-        Renderer::new(2).unwrap().render(scene, &grid, &layers(), fields)
-    }
-}
-
-fn layers() -> Layers {
-    let heights: Vec<f64> = (0..LAYERS).map(|layer| 0.15 * layer as f64 / (LAYERS - 1) as f64).collect();
-    Layers::from_heights(&heights, 1.0).unwrap()
+fn draw(data: &TwoFields, scene: &Scene) -> Frame {
+    data.draw(scene, 2).unwrap()
 }
 
 fn scene(more: &str) -> Scene {
@@ -83,12 +55,12 @@ fn volume_beyond() -> Volume {
 
 #[test]
 fn a_volume_looks_the_same_alone_and_mixed() {
-    let data = Data::new(4);
+    let data = waves(4);
     for (core, tolerance) in [("core = \"#303030\"", 1e-3), ("core = \"transparent\"", 1e-5)] {
         let plain = scene(&format!("{core}\ntolerance = {tolerance}"));
         let mut general = plain.clone();
         general.volumes.push(volume_beyond());
-        let (a, b) = (data.draw(&plain), data.draw(&general));
+        let (a, b) = (draw(&data, &plain), draw(&data, &general));
         let (wrong, most) = (count_beyond(&a, &b, 0.0), difference(&a, &b));
         assert_eq!(wrong, 0, "{core}: {most} at most");
         assert!(most > 0.0, "the rules are not the same");
@@ -99,12 +71,12 @@ fn a_volume_looks_the_same_alone_and_mixed() {
 
 #[test]
 fn a_lit_volume_looks_the_same_alone_and_mixed() {
-    let data = Data::new(4);
+    let data = waves(4);
     let mut plain = scene("tolerance = 1e-4");
     plain.lighting = Scene::parse(LIT).unwrap().lighting;
     let mut general = plain.clone();
     general.volumes.push(volume_beyond());
-    let (a, b) = (data.draw(&plain), data.draw(&general));
+    let (a, b) = (draw(&data, &plain), draw(&data, &general));
     let (wrong, most) = (count_beyond(&a, &b, 0.0), difference(&a, &b));
     // Light's errors are estimates: a normal may turn in between the places where it is asked for.
     assert!(wrong <= a.pixels.len() / 500, "{wrong} pixels beyond");
@@ -113,10 +85,9 @@ fn a_lit_volume_looks_the_same_alone_and_mixed() {
 
 /// The picture's rays stepped through finely, with the renderer's own walk but values, media and surfaces by their
 /// definition.
-fn by_steps(data: &Data, scene: &Scene, sees: impl Fn(&Sample) -> ([f64; 3], f64)) -> Vec<[f64; 4]> {
-    let grid = Grid::new(data.mesh.tables()).unwrap();
-    let radius: Vec<f64> = layers().shell(scene.exaggeration).unwrap();
-    let traversal = Traversal::new(&grid, &radius).unwrap();
+fn by_steps(data: &TwoFields, scene: &Scene, sees: impl Fn(&Sample) -> ([f64; 3], f64)) -> Vec<[f64; 4]> {
+    let radius: Vec<f64> = data.layers.shell(scene.exaggeration).unwrap();
+    let traversal = Traversal::new(&data.grid, &radius).unwrap();
     let pixel = |(eye, dir): (DVec3, DVec3)| {
         let (mut color, mut through) = ([0.0; 3], 1.0);
         let mut before: Option<[f64; 2]> = None;
@@ -163,15 +134,9 @@ struct Sample {
     length: f64,
 }
 
-/// How far each pixel is off.
-fn far(frame: &Frame, expected: &[[f64; 4]]) -> Vec<f64> {
-    let far = |(p, q): (&[f32; 4], &[f64; 4])| (0..4).map(|k| (f64::from(p[k]) - q[k]).abs()).fold(0.0, f64::max);
-    frame.pixels.iter().zip(expected).map(far).collect()
-}
-
 /// Checks how far pixels are off at most and in the mean.
 fn assert_near(frame: &Frame, expected: &[[f64; 4]], limits: [f64; 2], what: &str) {
-    let off = far(frame, expected);
+    let off = distances(frame, expected);
     let mean = off.iter().sum::<f64>() / off.len() as f64;
     let most = off.into_iter().fold(0.0, f64::max);
     assert!(most < limits[0] && mean < limits[1], "{what}: {most} at most, {mean} in the mean");
@@ -194,7 +159,7 @@ fn mixed(terms: &[([f64; 3], f64)], length: f64) -> ([f64; 3], f64) {
 
 #[test]
 fn two_fields_are_those_of_fine_steps() {
-    let data = Data::new(3);
+    let data = waves(3);
     let mut scene = small("tolerance = 1e-4");
     let other = vec![
         knot(-0.5, [1.0, 0.1, 0.0], 0.0),
@@ -203,7 +168,7 @@ fn two_fields_are_those_of_fine_steps() {
         knot(1.0, [0.3; 3], 9.0),
     ];
     scene.volumes.push(volume("g", other.clone()));
-    let frame = data.draw(&scene);
+    let frame = draw(&data, &scene);
     let (f, g) = (scene.volumes[0].transfer.clone(), transfer(other));
     let expected = by_steps(&data, &scene, |sample| {
         let at = |tf: &TransferFunction, value: f64| {
@@ -218,11 +183,11 @@ fn two_fields_are_those_of_fine_steps() {
 
 #[test]
 fn opacity_may_be_that_of_another_field() {
-    let data = Data::new(3);
+    let data = waves(3);
     let mut scene = small("tolerance = 1e-4");
     let by = transfer(vec![knot(0.2, [0.0; 3], 0.0), knot(0.9, [0.0; 3], 6.0)]);
     scene.volumes[0].opacity = Some(Opacity { field: "g".into(), transfer: by.clone() });
-    let frame = data.draw(&scene);
+    let frame = draw(&data, &scene);
     let color = scene.volumes[0].transfer.clone();
     let expected = by_steps(&data, &scene, |sample| {
         mixed(&[(color.at(sample.values[0]).0, by.at(sample.values[1]).1 / 0.15)], sample.length)
@@ -232,12 +197,12 @@ fn opacity_may_be_that_of_another_field() {
 
 #[test]
 fn isosurfaces_lie_where_values_cross_and_between_volumes() {
-    let data = Data::new(3);
+    let data = waves(3);
     let mut scene = small("tolerance = 1e-4");
     let surfaces = [(0.3, [1.0, 0.0, 0.0]), (-0.4, [0.0, 1.0, 0.0])];
     let surface = |(value, color)| Isosurface { field: "g".into(), value, paint: Paint::Plain(color), opacity: 0.6 };
     scene.scenery.isosurfaces = surfaces.map(surface).into();
-    let frame = data.draw(&scene);
+    let frame = draw(&data, &scene);
     let f = scene.volumes[0].transfer.clone();
     let expected = by_steps(&data, &scene, |sample| {
         let (color, extinction) = f.at(sample.values[0]);
@@ -254,17 +219,17 @@ fn isosurfaces_lie_where_values_cross_and_between_volumes() {
         (color, opacity)
     });
     // Steps miss two crossings between two of their middles.
-    let off = far(&frame, &expected);
+    let off = distances(&frame, &expected);
     let wrong = off.iter().filter(|off| **off > 5e-3).count();
     assert!(wrong <= 3, "{wrong} of {} pixels: {off:?}", off.len());
     assert_eq!(frame.report.error.certainty, Certainty::Bound);
     scene.volumes.push(volume_beyond());
-    assert_eq!(data.draw(&scene).report.error.certainty, Certainty::Estimate, "two volumes");
+    assert_eq!(draw(&data, &scene).report.error.certainty, Certainty::Estimate, "two volumes");
 }
 
 #[test]
 fn cuts_remove_their_region() {
-    let data = Data::new(3);
+    let data = waves(3);
     let none = Clip { cuts_inside: true, region: None, layers: None, height_m: None, half_space: None };
     let region = LonLatBox { lon_deg: [-10.0, 60.0], lat_deg: [0.0, 70.0] };
     let clips = [
@@ -277,7 +242,7 @@ fn cuts_remove_their_region() {
     for clip in clips {
         let mut scene = small("tolerance = 1e-4");
         scene.scenery.clips = vec![clip.clone()];
-        let frame = data.draw(&scene);
+        let frame = draw(&data, &scene);
         let f = scene.volumes[0].transfer.clone();
         let expected = by_steps(&data, &scene, |sample| {
             let p = sample.position;
@@ -303,7 +268,7 @@ fn cuts_remove_their_region() {
 
 #[test]
 fn a_layer_shows_its_values_and_hides_the_volume_behind() {
-    let data = Data::new(3);
+    let data = waves(3);
     let mut scene = small("core = \"#102030\"");
     clear(&mut scene);
     let colors = transfer(vec![knot(-1.5, [0.0; 3], 0.0), knot(1.5, [1.0, 0.5, 0.25], 0.0)]);
@@ -312,12 +277,11 @@ fn a_layer_shows_its_values_and_hides_the_volume_behind() {
         paint: Paint::Field { field: "g".into(), transfer: colors.clone(), coloring: None, by_cell },
         opacity: 1.0,
     };
-    let grid = Grid::new(data.mesh.tables()).unwrap();
-    let radius = layers().shell(1.0).unwrap();
-    let traversal = Traversal::new(&grid, &radius).unwrap();
+    let radius = data.layers.shell(1.0).unwrap();
+    let traversal = Traversal::new(&data.grid, &radius).unwrap();
     for by_cell in [false, true] {
         scene.scenery.surfaces = vec![surface(by_cell)];
-        let frame = data.draw(&scene);
+        let frame = draw(&data, &scene);
         let (mut met, mut missed) = (0, 0);
         for ((eye, dir), pixel) in rays(&scene).zip(&frame.pixels) {
             let mut expected = [0.0; 4];
@@ -329,7 +293,7 @@ fn a_layer_shows_its_values_and_hides_the_volume_behind() {
                 }
                 let at = eye + frustum.t[1] * dir;
                 let value = |k: usize| f64::from(data.values[1][frustum.cells[k] as usize * LAYERS + 4]);
-                let near = |k: usize| grid.direction(frustum.cells[k]).dot(at);
+                let near = |k: usize| data.grid.direction(frustum.cells[k]).dot(at);
                 let nearest = (0..3).max_by(|a, b| near(*a).total_cmp(&near(*b))).unwrap();
                 let smooth: f64 = (0..3).map(|k| frustum.alpha[1][k] / rho * value(k)).sum();
                 let color = colors.at(if by_cell { value(nearest) } else { smooth }).0;
@@ -349,7 +313,7 @@ fn a_layer_shows_its_values_and_hides_the_volume_behind() {
 fn a_field_that_is_not_there_is_named() {
     let mut scene = scene("");
     scene.volumes.push(volume("h", vec![knot(0.0, [1.0; 3], 1.0)]));
-    let error = Data::new(2).try_draw(&scene).unwrap_err();
+    let error = waves(2).draw(&scene, 2).unwrap_err();
     let text = error.to_string();
     assert!(text.contains("\"h\"") && text.contains("\"g\""), "{text}");
 }

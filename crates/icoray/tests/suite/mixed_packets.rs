@@ -1,9 +1,9 @@
 //! Scenes of more than one volume in packets of rays, in single precision, against single rays in double
 //! precision, pixel by pixel.
 
-use icoray::{Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Precision, Renderer, Scene};
-
-use crate::common::{at_centers, bits, count_beyond, difference, pixel_difference};
+use crate::common::{TwoFields, bits, count_beyond, difference, pixel_difference};
+use glam::DVec3;
+use icoray::{Heights, Precision, Scene};
 
 const LAYERS: usize = 12;
 const TOP: f64 = 4e-3;
@@ -73,38 +73,12 @@ const SCENES: [&[&str]; 21] = [
 ];
 
 /// Two fields between layers with heights of their own.
-struct Model {
-    mesh: IcosahedralMesh,
-    values: [Vec<f32>; 2],
-    heights: Vec<f64>,
-}
-
-impl Model {
-    fn new(level: u32) -> Self {
-        let mesh = IcosahedralMesh::new(level).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
-        let (mut heights, mut values) = (Vec::new(), [Vec::new(), Vec::new()]);
-        for cell in 0..grid.cells() {
-            let d = grid.direction(cell as u32);
-            let mountain = 1.5e-3 * (3.0 * d.x + 1.0).sin().abs();
-            for layer in 0..LAYERS {
-                let up = layer as f64 / (LAYERS - 1) as f64;
-                heights.push(mountain * (1.0 - up) + TOP * up);
-                values[0].push(((4.0 * d.x + 3.0 * up).sin() + (5.0 * d.y * d.z - up).cos()) as f32);
-                values[1].push(((5.0 * d.z - 2.0 * up).cos() * (3.0 * d.y + 1.0).sin() + 0.3 * up) as f32);
-            }
-        }
-        Model { mesh, values, heights }
-    }
-
-    fn draw(&self, scene: &Scene, threads: usize) -> Frame {
-        let grid = Grid::new(self.mesh.tables()).unwrap();
-        let mean: Vec<f64> = (0..LAYERS).map(|layer| TOP * layer as f64 / (LAYERS - 1) as f64).collect();
-        let layers = Layers::from_heights(&mean, 1.0).unwrap();
-        let [f, g] = self.values.each_ref().map(|values| at_centers(values, LAYERS));
-        let fields = Fields::new([("f", f), ("g", g)]).with_heights(at_centers(&self.heights, LAYERS));
-        Renderer::new(threads).unwrap().render(scene, &grid, &layers, fields).unwrap()
-    }
+fn waves(level: u32) -> TwoFields {
+    let values = |d: DVec3, up: f64| {
+        let f = (4.0 * d.x + 3.0 * up).sin() + (5.0 * d.y * d.z - up).cos();
+        [f, (5.0 * d.z - 2.0 * up).cos() * (3.0 * d.y + 1.0).sin() + 0.3 * up]
+    };
+    TwoFields::new((level, LAYERS, TOP), values, |d| 1.5e-3 * (3.0 * d.x + 1.0).sin().abs())
 }
 
 fn scene(contents: &[&str], keys: &str, camera: &str, light: &str) -> Scene {
@@ -118,10 +92,10 @@ fn scene(contents: &[&str], keys: &str, camera: &str, light: &str) -> Scene {
 
 /// Checks packets against single rays, of which no more than `beyond` pixels in a thousand may differ by more than
 /// both errors.
-fn compare(model: &Model, scene: &Scene, beyond: usize, name: &str) {
+fn compare(model: &TwoFields, scene: &Scene, beyond: usize, name: &str) {
     let mut exact = scene.clone();
     exact.precision = Precision::F64;
-    let [packets, exact] = [scene, &exact].map(|scene| model.draw(scene, 2));
+    let [packets, exact] = [scene, &exact].map(|scene| model.draw(scene, 2).unwrap());
     assert!(packets.pixels.as_flattened().iter().all(|channel| channel.is_finite()), "{name}: no number");
     let wrong = count_beyond(&packets, &exact, 4.0 * f32::EPSILON);
     let of = |i: usize| (i, pixel_difference(&packets, &exact, i), packets.error[i], exact.error[i]);
@@ -136,7 +110,7 @@ fn compare(model: &Model, scene: &Scene, beyond: usize, name: &str) {
 /// All scenes with all lights, one of the cameras and tolerances each, on concentric and on native layers.
 #[test]
 fn packets_show_the_pictures_of_single_rays() {
-    let model = Model::new(4);
+    let model = waves(4);
     for (i, contents) in SCENES.into_iter().enumerate() {
         for (k, light) in LIGHTS.into_iter().enumerate() {
             for heights in [Heights::Mean, Heights::Native] {
@@ -155,7 +129,7 @@ fn packets_show_the_pictures_of_single_rays() {
 
 #[test]
 fn missing_values_are_void_in_packets_of_several_fields() {
-    let mut model = Model::new(3);
+    let mut model = waves(3);
     let [f, g] = &mut model.values;
     f.iter_mut().step_by(31).for_each(|value| *value = f32::NAN);
     g.iter_mut().skip(5).step_by(47).for_each(|value| *value = f32::NAN);
@@ -167,10 +141,10 @@ fn missing_values_are_void_in_packets_of_several_fields() {
 
 #[test]
 fn threads_and_lanes_change_no_bit() {
-    let model = Model::new(3);
+    let model = waves(3);
     for (i, contents) in SCENES.into_iter().enumerate() {
         let scene = scene(contents, "core = \"#405060\"", CAMERAS[i % 2], LIGHTS[i % 3]);
-        let whole = bits(&model.draw(&scene, 1));
-        assert!(whole == bits(&model.draw(&scene, 3)), "{i}: threads");
+        let whole = bits(&model.draw(&scene, 1).unwrap());
+        assert!(whole == bits(&model.draw(&scene, 3).unwrap()), "{i}: threads");
     }
 }

@@ -4,11 +4,11 @@ use icoray::{
     Field, Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Location, Reals, Renderer, Savings, Scene, Shape,
 };
 
-use crate::common::{at_centers, bits, count_beyond, difference, laid_out};
+use crate::common::{at_centers, bits, columns_of, count_beyond, difference, icosahedral, laid_out, over_columns};
 use crate::culled::{Culled, Mark, Style, holes};
 
 const LAYERS: usize = 12;
-const EXAGGERATION: f64 = 50.0;
+pub const EXAGGERATION: f64 = 50.0;
 const TOP: f64 = 4e-3;
 
 const CAMERAS: [&str; 3] = [
@@ -49,27 +49,25 @@ fn height(cell: usize, up: f64) -> f64 {
 }
 
 /// A mesh with a field, and heights of the `rows` layers on which it lies, or midway between which it lies.
-struct Model {
-    mesh: IcosahedralMesh,
-    values: Vec<f32>,
-    heights: Vec<f64>,
+pub struct Model {
+    pub mesh: &'static IcosahedralMesh,
+    pub grid: Grid<'static>,
+    pub values: Vec<f32>,
+    pub heights: Vec<f64>,
+    layers: usize,
     rows: usize,
 }
 
 impl Model {
-    fn new(level: u32, rows: usize) -> Self {
-        let mesh = IcosahedralMesh::new(level).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
-        let (mut heights, mut values) = (Vec::new(), Vec::new());
-        for cell in 0..grid.cells() {
-            let d = grid.direction(cell as u32);
-            heights.extend((0..rows).map(|row| height(cell, row as f64 / (rows - 1) as f64)));
-            values.extend((0..LAYERS).map(|layer| {
-                let up = layer as f64 / (LAYERS - 1) as f64;
-                ((4.0 * d.x + 3.0 * up).sin() + (5.0 * d.y * d.z - up).cos()) as f32
-            }));
-        }
-        Model { mesh, values, heights, rows }
+    pub fn new(level: u32, layers: usize, rows: usize) -> Self {
+        let (mesh, grid) = icosahedral(level);
+        let value = |cell: usize, layer: usize| {
+            let (d, up) = (grid.direction(cell as u32), layer as f64 / (layers - 1) as f64);
+            ((4.0 * d.x + 3.0 * up).sin() + (5.0 * d.y * d.z - up).cos()) as f32
+        };
+        let height = |cell: usize, row: usize| height(cell, row as f64 / (rows - 1) as f64);
+        let (values, heights) = (over_columns(grid.cells(), layers, value), over_columns(grid.cells(), rows, height));
+        Model { mesh, grid, values, heights, layers, rows }
     }
 
     fn layers(&self) -> Layers {
@@ -77,11 +75,10 @@ impl Model {
         Layers::from_heights(&mean, 1.0).unwrap()
     }
 
-    fn draw(&self, scene: &Scene, savings: Savings) -> Frame {
-        let grid = Grid::new(self.mesh.tables()).unwrap();
-        let fields = Fields::new([("f", at_centers(&self.values, LAYERS))]);
+    pub fn draw(&self, scene: &Scene, savings: Savings) -> Frame {
+        let fields = Fields::new([("f", at_centers(&self.values, self.layers))]);
         let fields = fields.with_heights(at_centers(&self.heights, self.rows));
-        Renderer::new(2).unwrap().with_savings(savings).render(scene, &grid, &self.layers(), fields).unwrap()
+        Renderer::new(2).unwrap().with_savings(savings).render(scene, &self.grid, &self.layers(), fields).unwrap()
     }
 }
 
@@ -92,7 +89,6 @@ fn general(scene: &Scene) -> Scene {
     scene
 }
 
-/// Checks packets against single rays.
 fn compare(model: &Model, scene: &Scene, name: &str) {
     let [packets, exact] = [scene.clone(), general(scene)].map(|scene| model.draw(&scene, Savings::ALL));
     let wrong = count_beyond(&packets, &exact, f32::EPSILON);
@@ -110,7 +106,7 @@ fn transfer_has_steps(scene: &Scene) -> bool {
 
 #[test]
 fn packets_show_the_picture_of_single_rays() {
-    let model = Model::new(4, LAYERS);
+    let model = Model::new(4, LAYERS, LAYERS);
     for tolerance in ["1e-2", "1e-3", "1e-4", "1e-5"] {
         for (i, camera) in CAMERAS.into_iter().enumerate() {
             for (k, light) in LIGHTS.into_iter().enumerate() {
@@ -125,7 +121,7 @@ fn packets_show_the_picture_of_single_rays() {
 
 #[test]
 fn fields_lie_midway_between_layers_too() {
-    let model = Model::new(3, LAYERS + 1);
+    let model = Model::new(3, LAYERS, LAYERS + 1);
     for camera in CAMERAS {
         compare(&model, &scene("core = \"#405060\"", camera, DENSE, LIGHTS[1]), camera);
     }
@@ -133,7 +129,7 @@ fn fields_lie_midway_between_layers_too() {
 
 #[test]
 fn missing_values_are_void_and_columns_without_heights_have_mean_ones() {
-    let mut model = Model::new(3, LAYERS);
+    let mut model = Model::new(3, LAYERS, LAYERS);
     model.values.iter_mut().step_by(31).for_each(|value| *value = f32::NAN);
     for (cell, column) in model.heights.chunks_exact_mut(LAYERS).enumerate() {
         if cell % 7 == 3 {
@@ -148,9 +144,8 @@ fn missing_values_are_void_and_columns_without_heights_have_mean_ones() {
 /// Heights in both precisions and in all layouts: the same bits.
 #[test]
 fn heights_are_read_wherever_they_lie() {
-    let model = Model::new(3, LAYERS);
-    let (mesh, cells) = (&model.mesh, model.mesh.cells());
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let model = Model::new(3, LAYERS, LAYERS);
+    let cells = model.grid.cells();
     let draw = |shape: Shape, array: Reals, is_falling: bool| {
         let mut mean: Vec<f64> = model.layers().radius_m().iter().map(|radius| radius - 1.0).collect();
         let mut values = model.values.clone();
@@ -162,7 +157,7 @@ fn heights_are_read_wherever_they_lie() {
         let heights = Field::new(array, shape, Location::Center, None).unwrap();
         let fields = Fields::new([("f", at_centers(&values, LAYERS))]).with_heights(heights);
         let scene = scene("core = \"#405060\"", CAMERAS[0], SPARSE, "");
-        bits(&Renderer::new(2).unwrap().render(&scene, &grid, &layers, fields).unwrap())
+        bits(&Renderer::new(2).unwrap().render(&scene, &model.grid, &layers, fields).unwrap())
     };
     let given = |cell: usize, layer: usize| model.heights[cell * LAYERS + layer];
     let expected = draw(Shape::level_fastest(cells, LAYERS), model.heights.as_slice().into(), false);
@@ -182,12 +177,12 @@ fn heights_are_read_wherever_they_lie() {
 /// Rays pass void triangles, below which the core is round.
 #[test]
 fn meshes_with_holes_are_those_of_the_general_kernel() {
-    let whole = Model::new(3, LAYERS);
-    for (i, (name, stays)) in holes(&whole.mesh).into_iter().enumerate().step_by(3) {
-        let culled = Culled::new(&whole.mesh, &stays, Style::Corners, Mark::MinusOne, 0);
+    let whole = Model::new(3, LAYERS, LAYERS);
+    for (i, (name, stays)) in holes(whole.mesh).into_iter().enumerate().step_by(3) {
+        let culled = Culled::new(whole.mesh, &stays, Style::Corners, Mark::MinusOne, 0);
         let grid = culled.grid();
-        let values = crate::common::columns_of(&whole.values, &culled.cells, LAYERS);
-        let heights = crate::common::columns_of(&whole.heights, &culled.cells, LAYERS);
+        let values = columns_of(&whole.values, &culled.cells, LAYERS);
+        let heights = columns_of(&whole.heights, &culled.cells, LAYERS);
         let light = LIGHTS[i % 3];
         let scene = scene("core = \"#405060\"", CAMERAS[i % 3], DENSE, light);
         let [packets, exact] = [scene.clone(), general(&scene)].map(|scene| {
@@ -201,7 +196,7 @@ fn meshes_with_holes_are_those_of_the_general_kernel() {
 
 #[test]
 fn empty_space_skipping_changes_no_picture() {
-    let model = Model::new(4, LAYERS);
+    let model = Model::new(4, LAYERS, LAYERS);
     let reading = Savings { empty_space: false, layers: false, gradients: false, ..Savings::ALL };
     for (camera, light) in CAMERAS.into_iter().zip(LIGHTS) {
         for core in ["core = \"#405060\"", "core = \"transparent\""] {
@@ -218,7 +213,7 @@ fn empty_space_skipping_changes_no_picture() {
 /// Packets report where rays meet the ground: pixels with its edge in them show several rays.
 #[test]
 fn edges_of_the_ground_are_smooth() {
-    let model = Model::new(4, LAYERS);
+    let model = Model::new(4, LAYERS, LAYERS);
     let thin = "map = \"viridis\"\nrange = [-2.2, 2.2]\nopacity = [[-2.2, 0.1], [2.2, 0.1]]\n";
     let mut scene = scene("core = \"#a0b0c0\"\ntolerance = 1e-4", CAMERAS[1], thin, "");
     scene.antialias = true;
@@ -233,7 +228,7 @@ fn edges_of_the_ground_are_smooth() {
 /// Without vectors single rays draw single precision too.
 #[test]
 fn packets_are_left_out_where_a_renderer_has_none() {
-    let model = Model::new(2, LAYERS);
+    let model = Model::new(2, LAYERS, LAYERS);
     let scene = scene("core = \"#405060\"", CAMERAS[0], DENSE, "");
     let plain = model.draw(&scene, Savings { lanes: false, ..Savings::ALL });
     assert!(plain.pixels == model.draw(&general(&scene), Savings::ALL).pixels);

@@ -1,6 +1,7 @@
 //! Probes of rays against analytic fields, and cancelled frames.
 
-use icoray::{Field, Fields, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, ScenePart, Shape};
+use crate::common::{at_centers, icosahedral, over_columns};
+use icoray::{Field, Fields, Grid, Layers, Renderer, Scene, ScenePart};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
@@ -9,16 +10,14 @@ const PLANET_M: f64 = 6.371e6;
 
 /// Heights in kilometres as values, the innermost layer first or last.
 fn with_field<R>(is_falling: bool, look: impl FnOnce(&Grid, &Layers, &Field) -> R) -> R {
-    let mesh = IcosahedralMesh::new(4).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (_, grid) = icosahedral(4);
     let mut heights = HEIGHTS_M.to_vec();
     if is_falling {
         heights.reverse();
     }
     let layers = Layers::from_heights(&heights, PLANET_M).unwrap();
-    let values: Vec<f32> = (0..grid.cells()).flat_map(|_| heights.iter().map(|h| (h / 1e3) as f32)).collect();
-    let field = Field::level_fastest(&values, heights.len(), Location::Center).unwrap();
-    look(&grid, &layers, &field)
+    let values = over_columns(grid.cells(), heights.len(), |_, layer| (heights[layer] / 1e3) as f32);
+    look(&grid, &layers, &at_centers(&values, heights.len()))
 }
 
 /// A shell around `value`, seen from over 20 E 30 N.
@@ -112,22 +111,18 @@ fn mixed_scene(heights: &str) -> Scene {
 
 #[test]
 fn the_contributions_of_a_probe_are_those_of_the_pixel() {
-    let mesh = IcosahedralMesh::new(4).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (_, grid) = icosahedral(4);
     let layers = Layers::from_heights(&HEIGHTS_M, PLANET_M).unwrap();
     let wave = |phase: f64| -> Vec<f64> {
-        let value = |cell: usize, layer: usize| {
+        over_columns(grid.cells(), 9, |cell, layer| {
             let d = grid.direction(cell as u32);
             (6.0 * d.x + phase).sin() + (5.0 * d.y + 0.4 * layer as f64).cos() * d.z
-        };
-        (0..grid.cells()).flat_map(|cell| (0..9).map(move |layer| value(cell, layer))).collect()
+        })
     };
-    let hills: Vec<f64> = (0..grid.cells())
-        .flat_map(|cell| HEIGHTS_M.map(|height| height + 3e3 * (9.0 * grid.direction(cell as u32).y).sin()))
-        .collect();
+    let hill = |cell: usize, layer: usize| HEIGHTS_M[layer] + 3e3 * (9.0 * grid.direction(cell as u32).y).sin();
+    let hills = over_columns(grid.cells(), 9, hill);
     let (f, g) = (wave(0.2), wave(1.7));
-    let field = |values| Field::new(values, Shape::level_fastest(grid.cells(), 9), Location::Center, None).unwrap();
-    let [f, g, hills] = [&f, &g, &hills].map(|values| field(values.as_slice().into()));
+    let [f, g, hills] = [&f, &g, &hills].map(|values| at_centers(values, 9));
     let renderer = Renderer::new(1).unwrap();
     let mut seen = Vec::new();
     for heights in ["mean", "native"] {

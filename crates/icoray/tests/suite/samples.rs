@@ -1,7 +1,7 @@
 //! Means of several rays per pixel, against pictures of 144 pixels for each.
 
-use crate::common::{LIT, at_centers, bits, count_beyond, on_ranks, picture, pixel_difference};
-use icoray::{Frame, FrameReport, Grid, IcosahedralMesh, Layers, Ranks, Rendered, Renderer, SamplingReport, Scene};
+use crate::common::{LIT, OneField, averaged, bits, count_beyond, distances, pixel_difference};
+use icoray::{Frame, SamplingReport, Scene};
 use icoray_test_support::Random;
 
 const LAYERS: usize = 4;
@@ -9,46 +9,13 @@ const SIDE: u32 = 36;
 /// Pixels of a reference for each, in both directions.
 const MANY: u32 = 12;
 
-/// A grid with a field of chance, which is another one in each cell, or of one that rises along an axis.
-struct Data {
-    mesh: IcosahedralMesh,
-    values: Vec<f32>,
+/// A field of chance, which is another one in each cell.
+fn noise(level: u32) -> OneField {
+    OneField::new(level, LAYERS, |cell, _, _| Random::at(cell).unit())
 }
 
-impl Data {
-    fn new(level: u32, value: impl Fn(usize, [f64; 3], usize) -> f64) -> Self {
-        let mesh = IcosahedralMesh::new(level).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
-        let direction = |cell: usize| grid.direction(cell as u32).to_array();
-        let all = |cell| (0..LAYERS).map(move |layer| (cell, layer));
-        let values = (0..grid.cells()).flat_map(all).map(|(cell, layer)| value(cell, direction(cell), layer) as f32);
-        let values = values.collect();
-        Data { mesh, values }
-    }
-
-    fn noise(level: u32) -> Self {
-        Data::new(level, |cell, _, _| Random::at(cell).unit())
-    }
-
-    fn smooth(level: u32) -> Self {
-        Data::new(level, |_, [x, y, z], layer| 0.5 + 0.3 * (2.0 * x).sin() * y + 0.1 * z + 0.02 * layer as f64)
-    }
-
-    fn draw_over(&self, scene: &Scene, ranks: &mut Ranks, threads: usize) -> Rendered {
-        let grid = Grid::new(self.mesh.tables()).unwrap();
-        let heights: Vec<f64> = (0..LAYERS).map(|layer| 0.05 * layer as f64).collect();
-        let layers = Layers::from_heights(&heights, 1.0).unwrap();
-        let renderer = Renderer::new(threads).unwrap();
-        renderer.render_over(ranks, scene, &grid, &layers, &at_centers(&self.values, LAYERS)).unwrap()
-    }
-
-    fn draw(&self, scene: &Scene) -> Frame {
-        picture(vec![self.draw_over(scene, &mut Ranks::alone(), 2)]).0
-    }
-
-    fn draw_on(&self, scene: &Scene, ranks: usize) -> (Frame, Vec<FrameReport>) {
-        picture(on_ranks(ranks, |ranks| self.draw_over(scene, ranks, 1)))
-    }
+fn smooth(level: u32) -> OneField {
+    OneField::new(level, LAYERS, |_, p, layer| 0.5 + 0.3 * (2.0 * p.x).sin() * p.y + 0.1 * p.z + 0.02 * layer as f64)
 }
 
 const DENSE: &str =
@@ -64,28 +31,8 @@ fn scene(side: u32, keys: &str, tables: &str) -> Scene {
     Scene::parse(&text).unwrap()
 }
 
-/// The mean of many pixels for each.
-fn averaged(fine: &Frame) -> Vec<[f64; 4]> {
-    let side = fine.width / MANY;
-    let mut all = vec![[0.0; 4]; (side * side) as usize];
-    for (at, pixel) in (0..).zip(&fine.pixels) {
-        let (x, y) = (at % fine.width / MANY, at / fine.width / MANY);
-        for (sum, value) in all[(y * side + x) as usize].iter_mut().zip(pixel) {
-            *sum += f64::from(*value) / f64::from(MANY * MANY);
-        }
-    }
-    all
-}
-
-/// How far each pixel is from a reference.
-fn off(frame: &Frame, exact: &[[f64; 4]]) -> Vec<f64> {
-    let off =
-        |(a, b): (&[f32; 4], &[f64; 4])| a.iter().zip(b).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max);
-    frame.pixels.iter().zip(exact).map(off).collect()
-}
-
 /// What is shown, by name, of a field.
-fn shown<'d>(noise: &'d Data, smooth: &'d Data) -> Vec<(&'static str, &'d Data, String)> {
+fn shown<'d>(noise: &'d OneField, smooth: &'d OneField) -> Vec<(&'static str, &'d OneField, String)> {
     vec![
         ("noise", noise, DENSE.into()),
         ("lit noise", noise, format!("{DENSE}{LIT}")),
@@ -97,20 +44,20 @@ fn shown<'d>(noise: &'d Data, smooth: &'d Data) -> Vec<(&'static str, &'d Data, 
 
 #[test]
 fn means_are_those_of_areas_within_the_reported_errors() {
-    let (noise, smooth) = (Data::noise(6), Data::smooth(5));
+    let (noise, smooth) = (noise(6), smooth(5));
     for (name, data, tables) in shown(&noise, &smooth) {
-        let exact = averaged(&data.draw(&scene(MANY * SIDE, "antialias = false", &tables)));
-        let mean_off = |frame: &Frame| off(frame, &exact).iter().sum::<f64>();
-        let one = mean_off(&data.draw(&scene(SIDE, "antialias = false", &tables)));
+        let exact = averaged(&data.draw(&scene(MANY * SIDE, "antialias = false", &tables), 2), MANY);
+        let mean_off = |frame: &Frame| distances(frame, &exact).iter().sum::<f64>();
+        let one = mean_off(&data.draw(&scene(SIDE, "antialias = false", &tables), 2));
         let mut before = one;
         for (samples, better) in [(2, 1.0), (3, 1.2), (4, 1.5), (8, 3.0), (16, 4.0), (64, 8.0)] {
-            let frame = data.draw(&scene(SIDE, &format!("samples = {samples}\nantialias = false"), &tables));
+            let frame = data.draw(&scene(SIDE, &format!("samples = {samples}\nantialias = false"), &tables), 2);
             let now = mean_off(&frame);
             assert!(one > better * now && now < before, "{name}, {samples}: {one}, {before} and {now} off");
             before = now;
             // 144 rays do not give the mean over the area either.
             let errors = frame.sampling_error.iter().zip(&frame.error).map(|(sampling, error)| sampling + error + 5e-4);
-            let pixels = off(&frame, &exact).into_iter().zip(errors);
+            let pixels = distances(&frame, &exact).into_iter().zip(errors);
             let beyond = pixels.filter(|(off, error)| *off > f64::from(*error)).count();
             let shown = frame.error.iter().filter(|error| **error > 0.0).count();
             // Two rays miss more steps than several.
@@ -128,14 +75,14 @@ fn means_are_those_of_areas_within_the_reported_errors() {
 
 #[test]
 fn pixels_at_edges_take_no_fewer_rays_than_without_samples() {
-    let data = Data::smooth(4);
+    let data = smooth(4);
     for tables in [CLEAR.to_owned(), format!("{CLEAR}{DOME}")] {
-        let exact = averaged(&data.draw(&scene(MANY * SIDE, "antialias = false", &tables)));
-        let [one, two] = [1, 2].map(|n| data.draw(&scene(SIDE, &format!("samples = {n}"), &tables)));
+        let exact = averaged(&data.draw(&scene(MANY * SIDE, "antialias = false", &tables), 2), MANY);
+        let [one, two] = [1, 2].map(|n| data.draw(&scene(SIDE, &format!("samples = {n}"), &tables), 2));
         // Beside the shell, pixels next to an edge take no samples.
         let edge_pixels = [&one, &two].map(|frame| frame.report.edge_pixels);
         assert!(edge_pixels[1] > 100 && (0..5).contains(&(edge_pixels[0] - edge_pixels[1])), "{edge_pixels:?}");
-        let [one, two] = [one, two].map(|frame| off(&frame, &exact).iter().sum::<f64>());
+        let [one, two] = [one, two].map(|frame| distances(&frame, &exact).iter().sum::<f64>());
         assert!(two < 1.5 * one, "{one} and {two} off");
     }
 }
@@ -144,11 +91,11 @@ fn pixels_at_edges_take_no_fewer_rays_than_without_samples() {
 fn smooth_pictures_take_no_more_than_the_first_round() {
     // Cells of 4 and of 18 pixels across: slopes change where they meet.
     for level in [6, 4] {
-        let data = Data::smooth(level);
+        let data = smooth(level);
         let near = |keys: &str| {
             let mut scene = scene(64, keys, DENSE);
             scene.camera = icoray::Camera::above(50.0, 20.0, 2.5, 12.0).unwrap();
-            data.draw(&scene)
+            data.draw(&scene, 2)
         };
         let frame = near("samples = 64\ntolerance = 5e-5");
         let sampling = frame.report.sampling;
@@ -161,10 +108,10 @@ fn smooth_pictures_take_no_more_than_the_first_round() {
 
 #[test]
 fn one_sample_is_the_ray_through_the_middle() {
-    let data = Data::noise(4);
+    let data = noise(4);
     for tables in [DENSE.to_owned(), format!("{DENSE}{LIT}"), format!("{CLEAR}{DOME}")] {
         let [plain, one, several] =
-            ["", "samples = 1", "samples = 8"].map(|keys| data.draw(&scene(SIDE, keys, &tables)));
+            ["", "samples = 1", "samples = 8"].map(|keys| data.draw(&scene(SIDE, keys, &tables), 2));
         assert_eq!(bits(&plain), bits(&one));
         assert_eq!(plain.report.counts, one.report.counts);
         let sampling = one.report.sampling;
@@ -179,16 +126,16 @@ fn one_sample_is_the_ray_through_the_middle() {
 
 #[test]
 fn samples_are_the_same_on_any_threads_and_ranks() {
-    let (noise, smooth) = (Data::noise(4), Data::smooth(4));
+    let (noise, smooth) = (noise(4), smooth(4));
     let all_bits = |frame: &Frame| {
         let sampling: Vec<u32> = frame.sampling_error.iter().map(|error| error.to_bits()).collect();
         (bits(frame), sampling)
     };
     for (name, data, tables) in shown(&noise, &smooth) {
         let scene = scene(SIDE, "samples = 12", &tables);
-        let expected = data.draw(&scene);
+        let expected = data.draw(&scene, 2);
         for threads in [1, 8] {
-            let frame = picture(vec![data.draw_over(&scene, &mut Ranks::alone(), threads)]).0;
+            let frame = data.draw(&scene, threads);
             assert!(all_bits(&frame) == all_bits(&expected), "{name} on {threads} threads");
         }
         for ranks in [2, 5] {
@@ -205,13 +152,13 @@ fn samples_are_the_same_on_any_threads_and_ranks() {
 
 #[test]
 fn fragments_have_samples_too() {
-    let (noise, smooth) = (Data::noise(3), Data::smooth(3));
+    let (noise, smooth) = (noise(3), smooth(3));
     for (name, data, tables) in shown(&noise, &smooth) {
         let [whole, pieces] = ["tiles", "fragments"].map(|ranks| {
             let keys = format!("samples = 8\ntolerance = 1e-6\nprecision = \"f64\"\nranks = \"{ranks}\"");
             scene(SIDE, &keys, &tables)
         });
-        let (expected, (frame, reports)) = (data.draw(&whole), data.draw_on(&pieces, 3));
+        let (expected, (frame, reports)) = (data.draw(&whole, 2), data.draw_on(&pieces, 3));
         assert_eq!(count_beyond(&frame, &expected, 0.0), 0, "{name}");
         let rays = [&frame, &expected].map(|frame| frame.report.sampling.rays_per_pixel);
         assert!((rays[0] - rays[1]).abs() < 0.01 && rays[0] > 4.0, "{name}: {rays:?}");
@@ -221,21 +168,21 @@ fn fragments_have_samples_too() {
 
 #[test]
 fn samples_are_taken_where_a_budget_leaves_time() {
-    let data = Data::noise(3);
-    let hurried = data.draw(&scene(SIDE, "samples = 16\ntime_budget_ms = 1", DENSE)).report;
+    let data = noise(3);
+    let hurried = data.draw(&scene(SIDE, "samples = 16\ntime_budget_ms = 1", DENSE), 2).report;
     assert!(hurried.sampling.rays_per_pixel <= 1.0, "{hurried:?}");
-    let patient = data.draw(&scene(SIDE, "samples = 16\ntime_budget_ms = 1e9", DENSE)).report;
+    let patient = data.draw(&scene(SIDE, "samples = 16\ntime_budget_ms = 1e9", DENSE), 2).report;
     assert!(patient.sampling.rays_per_pixel > 10.0 && patient.sampling.error.is_some(), "{patient:?}");
 }
 
 #[test]
 fn pixels_that_are_not_traced_have_the_largest_error() {
-    let (noise, smooth) = (Data::noise(4), Data::smooth(4));
+    let (noise, smooth) = (noise(4), smooth(4));
     for (name, data, tables) in shown(&noise, &smooth).into_iter().filter(|(name, ..)| !name.starts_with("lit")) {
-        let whole = data.draw(&scene(100, "tolerance = 1e-6\nantialias = false", &tables));
+        let whole = data.draw(&scene(100, "tolerance = 1e-6\nantialias = false", &tables), 2);
         let mut hurried = scene(100, "samples = 16", &tables);
         hurried.time_budget_ms = Some(1e-3);
-        let frame = data.draw(&hurried);
+        let frame = data.draw(&hurried, 2);
         assert_eq!(frame.report.quality.pixel_step, 32, "{name}");
         assert_eq!(count_beyond(&frame, &whole, 0.0), 0, "{name}");
         // Beside the shell all is known.

@@ -1,33 +1,22 @@
 //! Savings do not change pictures: skipped space changes no bit, packets change less than the errors.
 
-use crate::common::{FAR, count_beyond, difference};
+use crate::common::{
+    DENSE, FAR, INSIDE, LIT, SHELL, at_centers, bits, count_beyond, difference, icosahedral, laid_out, scene,
+};
 use crate::culled::{Culled, Mark, Style, holes};
 use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Renderer, Savings, Scene, Shape};
 
 const NONE: Savings = Savings { ends: true, ..Savings::NONE };
 const LEAPS: Savings = Savings { empty_space: true, gradients: true, tiles: true, ..NONE };
 
-const INSIDE: &str = "eye = [1.02, 0.3, 0.1]\ntarget = [0, 1.2, 0.3]\nfov = 100";
-
-const SHELL: &str = "knots = [ { value = 0.1, color = \"red\", extinction = 0 }, { value = 0.3, color = \"green\", extinction = 40 }, \
-     { value = 0.5, color = \"blue\", extinction = 0 } ]";
 const STEPS: &str = "knots = [ { value = -0.9, color = \"red\", extinction = 1e4 }, { value = -0.5, color = \"orange\", extinction = 1e4 }, \
      { value = -0.5, color = \"blue\", extinction = 0 }, { value = 0.2, color = \"blue\", extinction = 0 }, \
      { value = 0.2, color = \"white\", extinction = 9 }, { value = 0.9, color = \"white\", extinction = 0 } ]";
-const DENSE: &str = "knots = [ { value = -0.8, color = \"blue\", extinction = 4 }, { value = -0.2, color = \"white\", extinction = 1 }, \
-     { value = 0.3, color = \"yellow\", extinction = 1 }, { value = 0.8, color = \"red\", extinction = 9 } ]";
-
-fn scene(camera: &str, transfer: &str, rest: &str) -> Scene {
-    let (rest, light) = rest.split_once('|').unwrap_or((rest, ""));
-    Scene::parse(&format!(
-        "field = \"f\"\n{rest}\n[image]\nwidth = 72\nheight = 60\n[camera]\n{camera}\n[transfer]\n{transfer}\n{light}\n"
-    ))
-    .unwrap()
-}
 
 /// A field with waves, level-fastest or cell-fastest, some values missing.
 struct Model {
-    mesh: IcosahedralMesh,
+    mesh: &'static IcosahedralMesh,
+    grid: Grid<'static>,
     layers: Layers,
     values: Vec<f32>,
     shape: Shape,
@@ -35,31 +24,27 @@ struct Model {
 
 impl Model {
     fn new(layers: usize, is_level_fastest: bool, misses: bool) -> Self {
-        let mesh = IcosahedralMesh::new(5).unwrap();
-        let cells = mesh.lon_center_rad.len();
-        let shape = if is_level_fastest { Shape::level_fastest } else { Shape::cell_fastest }(cells, layers);
-        let mut values = vec![0.0; cells * layers];
-        for cell in 0..cells {
-            for layer in 0..layers {
-                let (lon, lat) = (mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]);
-                let height = layer as f64 / layers as f64;
-                let value = (5.0 * lon + 4.0 * height).sin() * (6.0 * lat - 3.0 * height).cos();
-                let is_missing = misses && (cell * 31 + layer * 7) % 97 == 0;
-                let at =
-                    shape.offset as isize + cell as isize * shape.column_stride + layer as isize * shape.layer_stride;
-                values[at as usize] = if is_missing { -9e33 } else { value as f32 };
-            }
-        }
+        let (mesh, grid) = icosahedral(5);
+        let shape = if is_level_fastest { Shape::level_fastest } else { Shape::cell_fastest }(mesh.cells(), layers);
+        let values = laid_out(&shape, 0.0, |cell, layer| {
+            let (lon, lat) = (mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]);
+            let height = layer as f64 / layers as f64;
+            let value = (5.0 * lon + 4.0 * height).sin() * (6.0 * lat - 3.0 * height).cos();
+            let is_missing = misses && (cell * 31 + layer * 7) % 97 == 0;
+            if is_missing { -9e33 } else { value as f32 }
+        });
         let radii = (0..layers).map(|l| 1.0 + 0.15 * l as f64 / (layers - 1) as f64).collect();
-        Model { mesh, layers: Layers::new(radii, 1.0).unwrap(), values, shape }
+        Model { mesh, grid, layers: Layers::new(radii, 1.0).unwrap(), values, shape }
     }
 
     fn draw(&self, scene: &Scene, savings: Savings) -> Frame {
-        let grid = Grid::new(self.mesh.tables()).unwrap();
-        let fill = Some(f64::from(-9e33f32));
-        let field = Field::new(self.values.as_slice().into(), self.shape, Location::Center, fill).unwrap();
         let renderer = Renderer::new(2).unwrap().with_savings(savings);
-        renderer.render(scene, &grid, &self.layers, &field).unwrap()
+        renderer.render(scene, &self.grid, &self.layers, &self.field()).unwrap()
+    }
+
+    fn field(&self) -> Field<'_> {
+        let fill = Some(f64::from(-9e33f32));
+        Field::new(self.values.as_slice().into(), self.shape, Location::Center, fill).unwrap()
     }
 }
 
@@ -84,8 +69,7 @@ fn empty_space_skipping_changes_no_bit() {
         let model = Model::new(layers, is_level_fastest, misses);
         for (name, scene) in scenes() {
             let [plain, leaping] = [NONE, LEAPS].map(|savings| model.draw(&scene, savings));
-            assert!(plain.pixels == leaping.pixels, "{layers} layers, {name}: other pixels");
-            assert!(plain.error == leaping.error, "{layers} layers, {name}: other errors");
+            assert!(bits(&plain) == bits(&leaping), "{layers} layers, {name}: other pixels or errors");
             let [all, read] = [&plain, &leaping].map(|frame| frame.report.counts.frusta);
             assert_eq!(plain.report.counts.void_frusta, leaping.report.counts.void_frusta, "{name}");
             let is_clear = !name.contains("dense") && layers > 6;
@@ -114,8 +98,7 @@ fn leaps_change_no_bit() {
                     let scene = scene(camera, transfer, rest);
                     let walks = Savings { empty_space: false, ..packets };
                     let [walked, leapt] = [walks, packets].map(|savings| model.draw(&scene, savings));
-                    assert!(walked.pixels == leapt.pixels, "{name}: other pixels");
-                    assert!(walked.error == leapt.error, "{name}: other errors");
+                    assert!(bits(&walked) == bits(&leapt), "{name}: other pixels or errors");
                     let [all, passed] = [&walked, &leapt].map(|frame| frame.report.counts.columns);
                     let is_sparse = transfer == SPARSE && camera == FAR && !misses;
                     assert!(passed <= all && (!is_sparse || 4 * passed < 3 * all), "{name}: {passed} of {all}");
@@ -131,15 +114,14 @@ fn leaps_change_no_bit() {
 #[test]
 fn a_leap_over_a_hollow_core_changes_no_bit() {
     let model = Model::new(6, true, true);
-    let mut holes = holes(&model.mesh);
+    let mut holes = holes(model.mesh);
     let (_, stays) = holes.swap_remove(holes.len() / 2);
-    let culled = Culled::new(&model.mesh, &stays, Style::Triangles, Mark::MinusOne, 0);
+    let culled = Culled::new(model.mesh, &stays, Style::Triangles, Mark::MinusOne, 0);
     let with_holes = |scene: &Scene, savings: Savings| {
         let grid = culled.grid();
         let values: Vec<f64> = (0..6 * grid.cells()).map(|i| (0.01 * i as f64).sin()).collect();
-        let field = Field::level_fastest(&values, 6, Location::Center).unwrap();
         let renderer = Renderer::new(2).unwrap().with_savings(savings);
-        renderer.render(scene, &grid, &model.layers, &field).unwrap()
+        renderer.render(scene, &grid, &model.layers, &at_centers(&values, 6)).unwrap()
     };
     let savings = Savings { lanes: true, ..LEAPS };
     let in_core = "eye = [0.2, 0.1, -0.3]\ntarget = [0, 1, 1]\nfov = 80";
@@ -151,8 +133,7 @@ fn a_leap_over_a_hollow_core_changes_no_bit() {
             let walks = Savings { empty_space: false, ..savings };
             let whole = [walks, savings].map(|savings| model.draw(&scene, savings));
             for [walked, leapt] in [whole, [walks, savings].map(|savings| with_holes(&scene, savings))] {
-                assert!(walked.pixels == leapt.pixels, "{camera}, {rest}: other pixels");
-                assert!(walked.error == leapt.error, "{camera}, {rest}: other errors");
+                assert!(bits(&walked) == bits(&leapt), "{camera}, {rest}: other pixels or errors");
                 let [all, passed] = [&walked, &leapt].map(|frame| frame.report.counts);
                 assert_eq!((all.rays, all.frusta), (passed.rays, passed.frusta), "{camera}, {rest}");
                 let (few, many) = (passed.columns, all.columns);
@@ -185,8 +166,7 @@ fn constants_on_clear_knots_are_leapt_over() {
                 // Rays of packets are in f32, where the field's 0.3 is the knot's.
                 let lanes = transfer == ABOVE;
                 let [plain, leaping] = [NONE, LEAPS].map(|savings| model.draw(&scene, Savings { lanes, ..savings }));
-                assert!(plain.pixels == leaping.pixels, "{transfer}, {rest:?}: other pixels");
-                assert!(plain.error == leaping.error, "{transfer}, {rest:?}: other errors");
+                assert!(bits(&plain) == bits(&leaping), "{transfer}, {rest:?}: other pixels or errors");
                 let [all, read] = [&plain, &leaping].map(|frame| frame.report.counts.frusta);
                 let is_knot = transfer == CLOUD || rest.is_empty() || rest.contains("light");
                 assert!(!is_knot || read < all / 2, "{transfer}, {rest:?}: {read} of {all}");
@@ -201,7 +181,7 @@ fn constants_on_clear_knots_are_leapt_over() {
 fn rays_begin_where_something_is_seen() {
     for (layers, is_level_fastest) in [(20, true), (90, false)] {
         let mut model = Model::new(layers, is_level_fastest, true);
-        let cells = model.mesh.lon_center_rad.len();
+        let cells = model.mesh.cells();
         for (i, value) in model.values.iter_mut().enumerate() {
             let layer = if is_level_fastest { i % layers } else { i / cells };
             *value = if layer > layers / 3 { -3.0 } else { *value };
@@ -266,7 +246,6 @@ const CAMERAS: [&str; 7] = [
     "eye = [40, 3, 5]\ntarget = [0.5, 0.7, 0]\nfov = 0.8",
 ];
 
-const LIT: &str = "[light]\nkind = \"headlight\"";
 const DOME: &str = "[[isosurfaces]]\nfield = \"f\"\nvalue = 0.4\ncolor = \"crimson\"";
 
 /// Gradients over cells that no ray of a picture passes are those of another field, which are as long as can be: each
@@ -276,12 +255,6 @@ fn gradients_beside_the_view_are_not_read() {
     let model = Model::new(20, true, true);
     let mut other = Model::new(20, true, false);
     other.values.iter_mut().enumerate().for_each(|(i, value)| *value = 1e33 * ((i * 7919) % 13) as f32 - 6e33);
-    let grid = Grid::new(model.mesh.tables()).unwrap();
-    let field = |model: &Model, values: &'static [f32]| {
-        Field::new(values.into(), model.shape, Location::Center, Some(f64::from(-9e33f32))).unwrap()
-    };
-    let leaked = |model: &Model| -> &'static [f32] { model.values.clone().leak() };
-    let (values, poison) = (leaked(&model), leaked(&other));
     let everywhere = "core = \"transparent\"\nprecision = \"PRECISION\"";
     for (transfer, rest, light) in [
         (DENSE, "core = \"transparent\"", LIT.to_owned()),
@@ -294,15 +267,14 @@ fn gradients_beside_the_view_are_not_read() {
         let everywhere = everywhere.replace("PRECISION", precision);
         let renderer = Renderer::new(2).unwrap();
         let of_all = scene(FAR, DENSE, &format!("{everywhere}|{light}"));
-        renderer.render(&of_all, &grid, &model.layers, &field(&other, poison)).unwrap();
-        let field = field(&model, values);
+        renderer.render(&of_all, &model.grid, &model.layers, &other.field()).unwrap();
+        let field = model.field();
         // A camera in the opaque core is refused.
         for camera in CAMERAS.into_iter().filter(|camera| rest.contains("transparent") || *camera != HOLLOW) {
             let scene = scene(camera, transfer, &format!("{rest}|{light}"));
-            let seen = renderer.render(&scene, &grid, &model.layers, &field).unwrap();
+            let seen = renderer.render(&scene, &model.grid, &model.layers, &field).unwrap();
             let all = model.draw(&scene, Savings { gradients: false, ..Savings::ALL });
-            assert!(seen.pixels == all.pixels, "{camera}, {rest:?}: other pixels");
-            assert!(seen.error == all.error, "{camera}, {rest:?}: other errors");
+            assert!(bits(&seen) == bits(&all), "{camera}, {rest:?}: other pixels or errors");
             assert_eq!(seen.report.counts, all.report.counts, "{camera}, {rest:?}");
         }
     }
@@ -312,16 +284,13 @@ fn gradients_beside_the_view_are_not_read() {
 #[test]
 fn cached_data_of_a_field_serve_matching_scenes() {
     let model = Model::new(20, true, true);
-    let grid = Grid::new(model.mesh.tables()).unwrap();
-    let fill = Some(f64::from(-9e33f32));
-    let field = Field::new(model.values.as_slice().into(), model.shape, Location::Center, fill).unwrap();
-    let renderer = Renderer::new(2).unwrap();
+    let (field, renderer) = (model.field(), Renderer::new(2).unwrap());
     let mut scenes = scenes();
     for rest in ["exaggeration = 2|[light]\nkind = \"headlight\"", "tolerance = 1e-6|[light]\nkind = \"headlight\""] {
         scenes.push((rest.into(), scene(FAR, SHELL, rest)));
     }
     for (name, scene) in scenes.iter().chain(scenes.iter().rev()) {
-        let frame = renderer.render(scene, &grid, &model.layers, &field).unwrap();
+        let frame = renderer.render(scene, &model.grid, &model.layers, &field).unwrap();
         let alone = model.draw(scene, Savings::ALL);
         assert!(frame.pixels == alone.pixels && frame.error == alone.error, "{name}");
         assert_eq!(frame.report.counts, alone.report.counts, "{name}");
@@ -372,28 +341,12 @@ fn packets_read_arrays_of_any_layout() {
     assert!(frames[0].pixels == frames[1].pixels && frames[0].error == frames[1].error);
     // In blocks of 7 cells, from the outermost layer in, in f32 and in f64.
     let model = Model::new(20, true, true);
-    let (cells, layers, block) = (model.mesh.lon_center_rad.len(), 20, 7);
-    let shape = Shape {
-        offset: 0,
-        columns: cells,
-        layers,
-        column_stride: 1,
-        layer_stride: block as isize,
-        block,
-        block_stride: (block * layers) as isize,
-    };
-    let mut values = vec![0.0f32; cells.div_ceil(block) * block * layers];
-    for cell in 0..cells {
-        for layer in 0..layers {
-            let at = cell / block * block * layers + layer * block + cell % block;
-            values[at] = model.values[cell * layers + layer];
-        }
-    }
+    let shape = Shape::blocked(model.mesh.cells(), 20, 7);
+    let values = laid_out(&shape, 0.0, |cell, layer| model.values[cell * 20 + layer]);
     let wide: Vec<f64> = values.iter().map(|value| f64::from(*value)).collect();
-    let grid = Grid::new(model.mesh.tables()).unwrap();
     for data in [values.as_slice().into(), wide.as_slice().into()] {
         let field = Field::new(data, shape, Location::Center, Some(f64::from(-9e33f32))).unwrap();
-        let frame = Renderer::new(2).unwrap().render(&scene, &grid, &model.layers, &field).unwrap();
+        let frame = Renderer::new(2).unwrap().render(&scene, &model.grid, &model.layers, &field).unwrap();
         assert_eq!(count_beyond(&frame, &frames[0], 0.0), 0, "{}", difference(&frame, &frames[0]));
         assert!(difference(&frame, &frames[0]) < 1e-6);
     }

@@ -2,50 +2,16 @@
 //! definition.
 
 use glam::{DMat3, DVec3};
-use icoray::{Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Renderer, Scene};
+use icoray::{Heights, Savings, Scene};
 
-use crate::common::{at_centers, count_beyond, rays};
+use crate::common::{count_beyond, rays};
+use crate::native::{EXAGGERATION, Model};
 
 const LAYERS: usize = 6;
-const EXAGGERATION: f64 = 50.0;
 
-/// Mountains as steep as they come, with layers that follow them and get even upwards; below one place in five the
-/// lowest layers have no thickness, as below a sea floor.
-struct Terrain {
-    mesh: IcosahedralMesh,
-    heights: Vec<f64>,
-    values: Vec<f32>,
-}
-
-impl Terrain {
-    fn new(level: u32) -> Self {
-        let mesh = IcosahedralMesh::new(level).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
-        let (mut heights, mut values) = (Vec::new(), Vec::new());
-        for cell in 0..grid.cells() {
-            let d = grid.direction(cell as u32);
-            let mountain = 2e-3 * f64::from((cell * 7919 % 13) as u32) / 12.0;
-            for layer in 0..LAYERS {
-                let up = layer as f64 / (LAYERS - 1) as f64;
-                let up_here = if cell % 5 == 0 { (up * 1.5 - 0.5).max(0.0) } else { up };
-                heights.push(mountain * (1.0 - up_here) + 4e-3 * up_here);
-                values.push(((4.0 * d.x + 3.0 * up).sin() + (5.0 * d.y * d.z - up).cos()) as f32);
-            }
-        }
-        Terrain { mesh, heights, values }
-    }
-
-    fn draw(&self, scene: &Scene) -> Frame {
-        let grid = Grid::new(self.mesh.tables()).unwrap();
-        let fields = Fields::new([("f", at_centers(&self.values, LAYERS))]);
-        let fields = fields.with_heights(at_centers(&self.heights, LAYERS));
-        let mean: Vec<f64> = (0..LAYERS).map(|l| 1e-3 + 3e-3 * l as f64 / (LAYERS - 1) as f64).collect();
-        let layers = Layers::from_heights(&mean, 1.0).unwrap();
-        Renderer::new(2).unwrap().render(scene, &grid, &layers, fields).unwrap()
-    }
-
+impl Model {
     /// The value at a point, or nothing above all layers; `None` on or below the ground.
-    fn look_up(&self, grid: &Grid, inverses: &[DMat3], at: DVec3, hint: &mut usize) -> Option<Option<f64>> {
+    fn look_up(&self, inverses: &[DMat3], at: DVec3, hint: &mut usize) -> Option<Option<f64>> {
         let alpha = |triangle: usize| inverses[triangle] * at;
         let holds = |triangle: usize| alpha(triangle).min_element() >= 0.0;
         if !holds(*hint) {
@@ -54,7 +20,7 @@ impl Terrain {
             *hint = (0..inverses.len()).max_by(|a, b| outside(a).total_cmp(&outside(b))).unwrap();
         }
         let alpha = alpha(*hint).max(DVec3::ZERO).to_array();
-        let cells = grid.triangle(*hint as u32).map(|cell| cell as usize);
+        let cells = self.grid.triangle(*hint as u32).map(|cell| cell as usize);
         let radius = |k: usize, layer: usize| 1.0 + EXAGGERATION * self.heights[cells[k] * LAYERS + layer];
         let psi = |layer: usize| (0..3).map(|k| alpha[k] / radius(k, layer)).sum::<f64>();
         let on = |layer: usize| {
@@ -88,10 +54,10 @@ fn scene(size: u32, more: &str) -> Scene {
 
 #[test]
 fn mountains_and_the_layers_above_match_single_points() {
-    let terrain = Terrain::new(2);
+    let terrain = Model::new(2, LAYERS, LAYERS);
     let scene = scene(20, "core = \"#405060\"");
-    let frame = terrain.draw(&scene);
-    let grid = Grid::new(terrain.mesh.tables()).unwrap();
+    let frame = terrain.draw(&scene, Savings::ALL);
+    let grid = &terrain.grid;
     let inverses: Vec<DMat3> = (0..grid.triangles() as u32)
         .map(|triangle| {
             let [a, b, c] = grid.triangle(triangle).map(|cell| grid.direction(cell));
@@ -109,7 +75,7 @@ fn mountains_and_the_layers_above_match_single_points() {
             if at.length() > 1.25 {
                 continue;
             }
-            let Some(value) = terrain.look_up(&grid, &inverses, at, &mut hint) else {
+            let Some(value) = terrain.look_up(&inverses, at, &mut hint) else {
                 let core = scene.core.unwrap();
                 color = [0, 1, 2].map(|k| color[k] + through * core[k]);
                 through = 0.0;
@@ -133,10 +99,10 @@ fn mountains_and_the_layers_above_match_single_points() {
 
 #[test]
 fn steep_ground_has_no_cracks() {
-    let terrain = Terrain::new(4);
+    let terrain = Model::new(4, LAYERS, LAYERS);
     for more in ["core = \"#ffffff\"", "core = \"#ffffff\"\n[light]\nkind = \"headlight\""] {
         let scene = scene(240, more);
-        let frame = terrain.draw(&scene);
+        let frame = terrain.draw(&scene, Savings::ALL);
         let mut within = 0;
         for (i, ((eye, dir), pixel)) in rays(&scene).zip(&frame.pixels).enumerate() {
             let nearest = (eye - eye.dot(dir) * dir).length();
@@ -153,7 +119,7 @@ fn steep_ground_has_no_cracks() {
 
 #[test]
 fn equal_heights_are_concentric_layers() {
-    let mut terrain = Terrain::new(3);
+    let mut terrain = Model::new(3, LAYERS, LAYERS);
     for (i, height) in terrain.heights.iter_mut().enumerate() {
         *height = 1e-3 + 3e-3 * (i % LAYERS) as f64 / (LAYERS - 1) as f64;
     }
@@ -161,7 +127,7 @@ fn equal_heights_are_concentric_layers() {
         let native = scene(64, more);
         let mut mean = native.clone();
         mean.scenery.heights = Heights::Mean;
-        let (a, b) = (terrain.draw(&native), terrain.draw(&mean));
+        let (a, b) = (terrain.draw(&native, Savings::ALL), terrain.draw(&mean, Savings::ALL));
         // Normals of the ground are means of facets', which are not quite round.
         let slack = if native.lighting.is_some() { 5e-4 } else { 1e-5 };
         let wrong = count_beyond(&a, &b, slack);

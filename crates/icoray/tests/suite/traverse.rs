@@ -1,7 +1,8 @@
 //! The stretches of a ray join, lie on the ray and in their layer, and cover the whole ray.
 
+use crate::common::icosahedral;
 use glam::DVec3;
-use icoray::{ErrorKind, Frustum, Grid, IcosahedralMesh, Stretch, Traversal};
+use icoray::{ErrorKind, Frustum, Grid, Stretch, Traversal};
 use icoray_test_support::Random;
 use std::ops::ControlFlow;
 
@@ -11,9 +12,9 @@ fn direction(random: &mut Random) -> DVec3 {
     DVec3::from_array(random.direction())
 }
 
-fn stretches(traversal: &Traversal, eye: DVec3, dir: DVec3) -> Vec<Stretch> {
+fn stretches(traversal: &Traversal, eye: DVec3, dir: DVec3, hint: &mut u32) -> Vec<Stretch> {
     let mut list = Vec::new();
-    traversal.ray(eye, dir, &mut 0, |stretch| {
+    traversal.ray(eye, dir, hint, |stretch| {
         list.push(*stretch);
         ControlFlow::Continue(())
     });
@@ -54,8 +55,7 @@ fn chord(grid: &Grid, r: f64, eye: DVec3, dir: DVec3) -> f64 {
 
 #[test]
 fn stretches_join_and_lie_on_the_ray() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (_, grid) = icosahedral(3);
     let traversal = Traversal::new(&grid, &RADIUS).unwrap();
     let mut random = Random::new(7);
     let (mut frusta, mut cores, mut inside) = (0, 0, 0);
@@ -66,7 +66,7 @@ fn stretches_join_and_lie_on_the_ray() {
         let aim = direction(&mut random) * 1.5;
         let dir = if i % 3 == 0 { (aim - eye).normalize() } else { direction(&mut random) };
         let (mut end, mut length): (Option<f64>, f64) = (None, 0.0);
-        let list = stretches(&traversal, eye, dir);
+        let list = stretches(&traversal, eye, dir, &mut 0);
         for (n, stretch) in list.iter().enumerate() {
             match stretch {
                 Stretch::Frustum(f) => {
@@ -98,12 +98,11 @@ fn stretches_join_and_lie_on_the_ray() {
 
 #[test]
 fn the_core_is_listed_where_it_is_met_and_left() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (_, grid) = icosahedral(3);
     let traversal = Traversal::new(&grid, &RADIUS).unwrap();
     let (eye, aim) = (DVec3::new(3.0, 0.4, -0.2), DVec3::new(0.1, 0.0, 0.2));
     let dir = (aim - eye).normalize();
-    let list = stretches(&traversal, eye, dir);
+    let list = stretches(&traversal, eye, dir, &mut 0);
     let is_core = |s: &Stretch| matches!(s, Stretch::Core { .. });
     let (first, last) = (list.iter().position(is_core).unwrap(), list.iter().rposition(is_core).unwrap());
     assert!(list[first..=last].iter().all(is_core), "the core is met once");
@@ -127,29 +126,22 @@ fn the_core_is_listed_where_it_is_met_and_left() {
 
 #[test]
 fn any_hint_leads_to_the_same_stretches() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (_, grid) = icosahedral(3);
     let traversal = Traversal::new(&grid, &RADIUS).unwrap();
     let mut random = Random::new(11);
     for i in 0..200 {
         let eye = direction(&mut random) * 2.5;
         let dir = (direction(&mut random) - eye).normalize();
-        let plain = stretches(&traversal, eye, dir);
+        let plain = stretches(&traversal, eye, dir, &mut 0);
         let mut hint = i * 6;
-        let mut list = Vec::new();
-        traversal.ray(eye, dir, &mut hint, |stretch| {
-            list.push(*stretch);
-            ControlFlow::Continue(())
-        });
-        assert_eq!(list, plain);
+        assert_eq!(stretches(&traversal, eye, dir, &mut hint), plain);
         assert!((hint as usize) < grid.triangles());
     }
 }
 
 #[test]
 fn radii_that_do_not_rise_are_refused() {
-    let mesh = IcosahedralMesh::new(1).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (_, grid) = icosahedral(1);
     for radius in [&[1.0][..], &[1.0, 1.0], &[1.2, 1.0], &[0.0, 1.0], &[1.0, f64::INFINITY], &[f64::NAN, 1.0]] {
         let error = Traversal::new(&grid, radius).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::Layers, "{radius:?}");

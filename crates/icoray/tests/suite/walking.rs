@@ -1,12 +1,11 @@
 //! A renderer that only walks and interpolates, for measurements of these steps.
 
-use crate::common::at_centers;
-use icoray::{Grid, IcosahedralMesh, Layers, Renderer, Scene};
+use crate::common::{at_centers, icosahedral};
+use icoray::{Layers, Renderer, Scene};
 
 #[test]
 fn without_integrals_rays_meet_all_frusta_and_bring_no_light() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (_, grid) = icosahedral(3);
     let layers = Layers::new((0..9).map(|l| 1.0 + 0.02 * f64::from(l)).collect(), 1.0).unwrap();
     let values: Vec<f32> = (0..grid.cells() * 9).map(|i| (i % 9) as f32 + (i % 7) as f32).collect();
     let field = at_centers(&values, 9);

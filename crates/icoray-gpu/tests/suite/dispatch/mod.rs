@@ -32,6 +32,14 @@ fn segment_at(at: u32) -> Segment {
     return Segment(inputs[at], inputs[at + 1u], inputs[at + 2u], inputs[at + 3u], inputs[at + 4u], 1.0);
 }";
 
+/// WGSL that reads a [`span`] from `inputs`.
+pub const SPAN_AT: &str = "
+fn span_at(at: u32) -> Span {
+    let slope = inputs[at + 2u];
+    return Span(-3e38, 3e38, -8.0, inputs[at], vec3f(0.1, 0.5, 0.9), inputs[at + 1u],
+        vec3f(slope, -0.2 * slope, 0.0), abs(slope), 0u, 0.9);
+}";
+
 /// An unbounded span whose colour and extinction vary linearly.
 pub fn span(extinction: f32, extinction_slope: f32, slope: f32) -> Span {
     Span {
@@ -53,7 +61,6 @@ pub fn absorbing_spans() -> [Span; 5] {
     [span(0.0, 0.5, 0.1), span(6.0, -0.4, 0.1), span(0.0, 40.0, 0.2), span(1e4, 1e3, -0.1), span(2.0, 0.0, 0.0)]
 }
 
-/// An open device.
 pub struct Device {
     device: wgpu::Device,
     queue: wgpu::Queue,
@@ -74,23 +81,10 @@ impl Device {
     /// Runs `body` for each row `i` of `width` numbers in `inputs`. It ends with `let all = array<f32, RESULTS>(…);`,
     /// and the `results` numbers of each row are returned.
     pub fn run(&self, text: &str, body: &str, inputs: &[f32], width: usize, results: usize) -> Vec<f32> {
-        self.run_with(text, body, inputs, width, results, &[])
+        self.run_beside(text, body, inputs, [width, results], &[], (Params::default(), &[]))
     }
 
-    /// [`Self::run`] with override constants.
-    pub fn run_with(
-        &self,
-        text: &str,
-        body: &str,
-        inputs: &[f32],
-        width: usize,
-        results: usize,
-        constants: &[(&str, f64)],
-    ) -> Vec<f32> {
-        self.run_beside(text, body, inputs, [width, results], constants, (Params::default(), &[]))
-    }
-
-    /// [`Self::run_with`], with parameters and the contents of other bindings of group 0.
+    /// [`Self::run`], with override constants, parameters and the contents of other bindings of group 0.
     pub fn run_beside(
         &self,
         text: &str,

@@ -1,6 +1,6 @@
 //! Scenes and fields of the tests, and the comparison of the GPU's picture with the CPU's.
 
-pub use crate::common::{at_centers, count_beyond, laid_out, level_fastest};
+pub use crate::common::{LIT, at_centers, count_beyond, icosahedral, laid_out, level_fastest, over_columns};
 use crate::culled::{Culled, Mark, Style, holes};
 use glam::DVec3;
 use icoray::{Counts, Field, Frame, Grid, IcosahedralMesh, Layers, Method, Renderer, Savings, Scene};
@@ -77,27 +77,22 @@ pub fn wave(p: DVec3, layer: usize, layers: usize) -> f64 {
 }
 
 pub fn values(grid: &Grid, layers: usize) -> Vec<f32> {
-    let all = (0..grid.cells() as u32).flat_map(|cell| (0..layers).map(move |layer| (cell, layer)));
-    all.map(|(cell, layer)| wave(grid.direction(cell), layer, layers) as f32).collect()
+    over_columns(grid.cells(), layers, |cell, layer| wave(grid.direction(cell as u32), layer, layers) as f32)
 }
 
 /// A whole sphere with a smooth field on layers at heights in metres.
 pub struct Sphere {
-    pub tables: IcosahedralMesh,
+    pub tables: &'static IcosahedralMesh,
+    pub grid: Grid<'static>,
     pub layers: Layers,
     pub values: Vec<f32>,
 }
 
 impl Sphere {
     pub fn new(level: u32, heights: &[f64]) -> Self {
-        let tables = IcosahedralMesh::new(level).unwrap();
+        let (tables, grid) = icosahedral(level);
         let layers = Layers::from_heights(heights, EARTH_M).unwrap();
-        let values = values(&Grid::new(tables.tables()).unwrap(), heights.len());
-        Sphere { tables, layers, values }
-    }
-
-    pub fn grid(&self) -> Grid<'_> {
-        Grid::new(self.tables.tables()).unwrap()
+        Sphere { values: values(&grid, heights.len()), tables, grid, layers }
     }
 
     pub fn field(&self) -> Field<'_> {
@@ -106,15 +101,14 @@ impl Sphere {
 
     /// [`compare`] with this sphere.
     pub fn compare(&self, name: &str, scene: &Scene) -> Frame {
-        compare(name, scene, &self.grid(), &self.layers, &self.field())
+        compare(name, scene, &self.grid, &self.layers, &self.field())
     }
 }
 
 /// Values at corners, level-fastest.
 pub fn corner_values(grid: &Grid, layers: usize) -> Vec<f64> {
     let middle = |t: u32| grid.triangle(t).map(|c| grid.direction(c)).iter().sum::<DVec3>().normalize();
-    let all = (0..grid.triangles() as u32).flat_map(|t| (0..layers).map(move |layer| (t, layer)));
-    all.map(|(t, layer)| wave(middle(t), layer, layers)).collect()
+    over_columns(grid.triangles(), layers, |t, layer| wave(middle(t as u32), layer, layers))
 }
 
 /// The fill value of [`with_gaps`].

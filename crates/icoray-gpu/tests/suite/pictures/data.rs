@@ -2,7 +2,7 @@
 //! depend on them.
 
 use super::common::*;
-use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+use icoray::{Field, Frame, Grid, Layers, Location, Renderer, Scene, Shape};
 use icoray_gpu::{Gpu, MemoryLimits};
 use std::sync::{Arc, Mutex};
 
@@ -35,11 +35,8 @@ struct Values {
 
 impl Values {
     fn new(cells: usize, layers: usize, value: impl Fn(usize, usize) -> f32) -> Self {
-        let value = &value;
-        let level_fastest = (0..cells).flat_map(|c| (0..layers).map(move |l| value(c, l))).collect();
-        let layer = |l| (0..cells).map(move |c| f64::from(value(c, l)));
-        let cell_fastest = (0..layers).flat_map(layer).collect();
-        Values { level_fastest, cell_fastest, layers }
+        let cell_fastest = over_columns(layers, cells, |layer, cell| f64::from(value(cell, layer)));
+        Values { level_fastest: over_columns(cells, layers, value), cell_fastest, layers }
     }
 
     fn fields(&self) -> [Field<'_>; 2] {
@@ -49,9 +46,9 @@ impl Values {
     }
 }
 
-fn planet(level: u32, layers: usize) -> (IcosahedralMesh, Layers) {
+fn planet(level: u32, layers: usize) -> (Grid<'static>, Layers) {
     let heights: Vec<f64> = (0..layers).map(|k| 20e3 * k as f64 / layers as f64).collect();
-    (IcosahedralMesh::new(level).unwrap(), Layers::from_heights(&heights, EARTH_M).unwrap())
+    (icosahedral(level).1, Layers::from_heights(&heights, EARTH_M).unwrap())
 }
 
 /// Up to nine pages of 256 KiB, in which the grid's tables just fit.
@@ -59,8 +56,7 @@ fn planet(level: u32, layers: usize) -> (IcosahedralMesh, Layers) {
 fn pages_do_not_show() {
     let Some(gpu) = gpu() else { return };
     let (whole, paged) = (renderer(&gpu), limited(Some(256 << 10), None));
-    let (tables, layers) = planet(5, 52);
-    let grid = Grid::new(tables.tables()).unwrap();
+    let (grid, layers) = planet(5, 52);
     let values = Values::new(grid.cells(), 52, |c, l| wave(grid.direction(c as u32), l, 52) as f32);
     for (i, field) in values.fields().iter().enumerate() {
         for rest in CORES {
@@ -86,8 +82,7 @@ fn pages_do_not_show() {
 fn pages_of_gradients_do_not_show() {
     let Some(gpu) = gpu() else { return };
     let (paged, in_passes) = (limited(Some(256 << 10), None), limited(None, Some(2 << 20)));
-    let (tables, layers) = planet(5, 20);
-    let grid = Grid::new(tables.tables()).unwrap();
+    let (grid, layers) = planet(5, 20);
     let values = Values::new(grid.cells(), 20, |c, l| wave(grid.direction(c as u32), l, 20) as f32);
     let transfer = format!("{SMOOTH}\n[light]\nkind = \"headlight\"\nambient = 0.3\ndiffuse = 0.6\nspecular = 0.3");
     for (field, rest) in values.fields().iter().zip(CORES) {
@@ -102,8 +97,7 @@ fn pages_of_gradients_do_not_show() {
 #[test]
 fn passes_do_not_show_and_are_reported() {
     let Some(gpu) = gpu() else { return };
-    let (tables, layers) = planet(4, 20);
-    let grid = Grid::new(tables.tables()).unwrap();
+    let (grid, layers) = planet(4, 20);
     let values = Values::new(grid.cells(), 20, |c, l| wave(grid.direction(c as u32), l, 20) as f32);
     let all = 4 * 20 * grid.cells() as u64;
     let in_passes = limited(None, Some(all / 4));
@@ -130,8 +124,7 @@ fn passes_do_not_show_and_are_reported() {
 fn clear_layers_are_not_uploaded() {
     let Some(gpu) = gpu() else { return };
     let renderer = renderer(&gpu);
-    let (tables, layers) = planet(3, 12);
-    let grid = Grid::new(tables.tables()).unwrap();
+    let (grid, layers) = planet(3, 12);
     let clear = "knots = [ { value = -0.8, color = \"blue\", extinction = 0 }, { value = -0.2, color = \"white\", extinction = 9 }, \
                  { value = 0.3, color = \"yellow\", extinction = 1 }, { value = 0.3, color = \"red\", extinction = 0 } ]";
     let scene_of_clear = scene(FAR, clear, CORES[0]);
@@ -178,8 +171,7 @@ fn later_frames_create_no_buffers() {
     drop(gpu);
     let gpu = Arc::new(Gpu::with_limits(None, MemoryLimits { binding: Some(256 << 10), field: None }).unwrap());
     let renderer = renderer(&gpu);
-    let (tables, layers) = planet(5, 30);
-    let grid = Grid::new(tables.tables()).unwrap();
+    let (grid, layers) = planet(5, 30);
     let mut created = Vec::new();
     for step in 0..10 {
         let value = |c: usize, l: usize| wave(grid.direction(c as u32), l + step, 30) as f32;
@@ -200,8 +192,7 @@ fn a_field_is_uploaded_once_and_not_confused_with_another() {
     let Some(gpu) = gpu() else { return };
     drop(gpu);
     let renderer = limited(None, None);
-    let (tables, layers) = planet(4, 20);
-    let grid = Grid::new(tables.tables()).unwrap();
+    let (grid, layers) = planet(4, 20);
     let all = 4 * 20 * grid.cells() as u64;
     let draw = |scene: &Scene, field: &Field| renderer.render(scene, &grid, &layers, field).unwrap();
     let mut values: Vec<f32> =
@@ -230,8 +221,7 @@ fn a_field_is_uploaded_once_and_not_confused_with_another() {
 #[test]
 fn threads_share_a_device() {
     let Some(_) = gpu() else { return };
-    let (tables, layers) = planet(4, 20);
-    let grid = Grid::new(tables.tables()).unwrap();
+    let (grid, layers) = planet(4, 20);
     let (one_by_one, at_once) = (Mutex::new(limited(None, None)), limited(Some(64 << 10), None));
     // Each thread has its own camera; every other scene is lit.
     let scene = |thread: usize, step: usize| {

@@ -1,7 +1,7 @@
 //! Lines on layers, and cores with land, sea and lines, whose light the host adds to fragments of rays.
 
 use super::common::*;
-use super::scenes::{HEAD, SHINY, SURFACES, compare, second};
+use super::scenes::{SHINY, SURFACES, TwoFields, compare};
 use icoray::Fields;
 
 const COASTS: &str = "[[lines]]\npattern = \"coast\"\non = 2\ncolor = \"black\"\nopacity = 0.9\nwidth = 1.5\n";
@@ -16,17 +16,13 @@ pub const ON_CORE: &str =
 #[test]
 fn lines_and_grounds() {
     let Some(_) = gpu() else { return };
-    let sphere = Sphere::new(4, &THICK_M);
-    let second = second(&sphere);
-    let fields = || Fields::new([("f", sphere.field()), ("g", at_centers(&second, THICK_M.len()))]);
-    let both = (&sphere.grid(), &sphere.layers);
+    let both = TwoFields::new(4, &THICK_M);
     for (what, where_, transfer, text) in [
         ("on a sphere and layers", FAR, STEPS, format!("{HIGH}{GRATICULE}{CELLS}")),
-        ("over surfaces, lit", FAR, SMOOTH, format!("{COASTS}{CELLS}{}\n{HEAD}", SURFACES[5].1)),
+        ("over surfaces, lit", FAR, SMOOTH, format!("{COASTS}{CELLS}{}\n{LIT}", SURFACES[5].1)),
         ("ground, lit", POLE, RAMP, format!("{EARTH}{ON_CORE}{SHINY}")),
     ] {
-        let scene = scene(where_, &format!("{transfer}\n{text}"), CORES[0]);
-        compare(what, &scene, both, fields, 0);
+        both.compare(what, &scene(where_, &format!("{transfer}\n{text}"), CORES[0]), 0);
     }
     each_mesh_with_holes(|hole, grid, layers, field| {
         let scene = scene(FAR, &format!("{SMOOTH}\n{EARTH}{ON_CORE}{COASTS}"), CORES[0]);

@@ -1,9 +1,8 @@
 //! Scenes under light.
 
 use super::common::*;
-use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Shape};
+use icoray::{Field, Layers, Location, Renderer, Shape};
 
-const HEAD: &str = "[light]\nkind = \"headlight\"";
 const SUN: &str = "[light]\nkind = \"sun\"\nlon = 75\nlat = 40\nspecular = 0";
 const GLOSSY: &str = "[light]\nkind = \"headlight\"\nambient = 0.1\ndiffuse = 0.6\nspecular = 0.9\nshininess = 200";
 const SHINY: &str =
@@ -11,7 +10,7 @@ const SHINY: &str =
 /// Behind the planet, as [`FAR`] sees it.
 const BEHIND: &str = "[light]\nkind = \"sun\"\nlon = 210\nlat = -25\nspecular = 0.7";
 const LIGHTS: [(&str, &str); 5] =
-    [("headlight", HEAD), ("sun", SUN), ("glossy", GLOSSY), ("shiny", SHINY), ("behind", BEHIND)];
+    [("headlight", LIT), ("sun", SUN), ("glossy", GLOSSY), ("shiny", SHINY), ("behind", BEHIND)];
 
 #[test]
 fn lights_transfer_functions_and_cores() {
@@ -53,12 +52,12 @@ fn lit_to_tolerances() {
 fn rays_with_many_bisections_are_correct_or_left_to_the_cpu() {
     let Some(gpu) = gpu() else { return };
     let sphere = Sphere::new(3, &THICK_M);
-    let (grid, layers, field) = (sphere.grid(), &sphere.layers, sphere.field());
+    let (grid, layers, field) = (&sphere.grid, &sphere.layers, sphere.field());
     for tolerance in ["1e-5", "1e-6", "1e-7"] {
         let rest = format!("{}\ntolerance = {tolerance}", CORES[0]);
         let scene = scene(FAR, &format!("{RAMP}\n{SUN}"), &rest);
-        let drawn = renderer(&gpu).render(&scene, &grid, layers, &field).unwrap();
-        let alone = Renderer::new(1).unwrap().render(&scene, &grid, layers, &field).unwrap();
+        let drawn = renderer(&gpu).render(&scene, grid, layers, &field).unwrap();
+        let alone = Renderer::new(1).unwrap().render(&scene, grid, layers, &field).unwrap();
         let (rmse, max) = apart(&drawn, &alone);
         println!("{tolerance}: rmse {rmse:.1e}, max {max:.1e}, {:?}", drawn.report.device.left_to_cpu);
         assert!(drawn.report.device.name.is_some(), "{tolerance}");
@@ -73,7 +72,7 @@ fn lit_thin_layers_on_a_real_earth() {
     let heights: Vec<f64> = (0..31).map(|k| 100.0 * f64::from(k)).collect();
     let sphere = Sphere::new(5, &heights);
     for (transfer, text) in TRANSFERS {
-        for (light, lamp) in [("headlight", HEAD), ("shiny", SHINY)] {
+        for (light, lamp) in [("headlight", LIT), ("shiny", SHINY)] {
             for (camera, where_) in [("far", FAR), ("limb", LIMB), ("inside", IN_THIN)] {
                 let name = format!("100 m, {light}, {transfer}, {camera}");
                 let scene = scene(where_, &format!("{text}\n{lamp}"), "core = \"gray\"");
@@ -88,8 +87,7 @@ fn lit_thin_layers_on_a_real_earth() {
 #[test]
 fn lit_beside_missing_values() {
     let Some(_) = gpu() else { return };
-    let tables = IcosahedralMesh::new(4).unwrap();
-    let grid = Grid::new(tables.tables()).unwrap();
+    let (_, grid) = icosahedral(4);
     let (cells, count) = (grid.cells(), THICK_M.len());
     let scene = scene(FAR, &format!("{RAMP_OF_GAPS}\n{SHINY}"), "exaggeration = 60\ncore = \"gray\"");
     for is_falling in [false, true] {
@@ -133,11 +131,11 @@ fn lit_meshes_with_holes() {
 fn lit_plateaus_and_fields_at_corners() {
     let Some(_) = gpu() else { return };
     let sphere = Sphere::new(3, &THICK_M);
-    let (grid, layers, count) = (sphere.grid(), &sphere.layers, THICK_M.len());
+    let (grid, layers, count) = (&sphere.grid, &sphere.layers, THICK_M.len());
     let flat: Vec<f32> = sphere.values.iter().map(|x| x.clamp(-0.3, 0.3)).collect();
     let glossy = scene(FAR, &format!("{RAMP}\n{GLOSSY}"), "exaggeration = 60");
-    compare("plateaus", &glossy, &grid, layers, &at_centers(&flat, count));
-    let values = corner_values(&grid, count);
+    compare("plateaus", &glossy, grid, layers, &at_centers(&flat, count));
+    let values = corner_values(grid, count);
     let sun = scene(FAR, &format!("{SMOOTH}\n{SUN}"), "exaggeration = 60");
-    compare("lit corners", &sun, &grid, layers, &level_fastest(&values, count, Location::Corner));
+    compare("lit corners", &sun, grid, layers, &level_fastest(&values, count, Location::Corner));
 }

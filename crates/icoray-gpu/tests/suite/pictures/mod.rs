@@ -78,8 +78,7 @@ fn meshes_with_holes() {
 #[test]
 fn layouts_and_missing_values() {
     let Some(_) = gpu() else { return };
-    let tables = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(tables.tables()).unwrap();
+    let (_, grid) = icosahedral(3);
     let (cells, count) = (grid.cells(), THICK_M.len());
     let layers = Layers::from_heights(&THICK_M, EARTH_M).unwrap();
     let mut falling_m = THICK_M;
@@ -147,16 +146,16 @@ fn tables_of_any_order_and_width() {
 fn a_field_at_corners_and_one_of_a_single_value() {
     let Some(_) = gpu() else { return };
     let sphere = Sphere::new(3, &THICK_M);
-    let (grid, layers, count) = (sphere.grid(), &sphere.layers, THICK_M.len());
-    let values = corner_values(&grid, count);
+    let (grid, layers, count) = (&sphere.grid, &sphere.layers, THICK_M.len());
+    let values = corner_values(grid, count);
     let field = level_fastest(&values, count, Location::Corner);
-    compare("corners", &scene(FAR, SMOOTH, "exaggeration = 60"), &grid, layers, &field);
+    compare("corners", &scene(FAR, SMOOTH, "exaggeration = 60"), grid, layers, &field);
     // A value on a step belongs to the span above it.
     let same = vec![-0.5f32; grid.cells() * count];
     let shape = Shape::cell_fastest(grid.cells(), count);
     let field = Field::new(same.as_slice().into(), shape, Location::Center, None).unwrap();
     let clear = scene(FAR, STEPS, &format!("{}\nbackground = \"transparent\"", CORES[1]));
-    let frame = compare("on a step", &clear, &grid, layers, &field);
+    let frame = compare("on a step", &clear, grid, layers, &field);
     let absorbed = frame.pixels.iter().map(|p| p[3]).fold(0.0, f32::max);
     assert!(absorbed == 0.0, "blue is clear, orange is not: {absorbed}");
 }
@@ -166,17 +165,17 @@ fn a_field_at_corners_and_one_of_a_single_value() {
 fn other_scenes_are_left_to_the_cpu() {
     let Some(gpu) = gpu() else { return };
     let sphere = Sphere::new(1, &[0.0, 1e4]);
-    let (grid, layers, field) = (sphere.grid(), &sphere.layers, sphere.field());
+    let (grid, layers, field) = (&sphere.grid, &sphere.layers, sphere.field());
     let renderer = renderer(&gpu);
     let double = scene(FAR, RAMP, "precision = \"f64\"");
-    let frame = renderer.render(&double, &grid, layers, &field).unwrap();
+    let frame = renderer.render(&double, grid, layers, &field).unwrap();
     assert_eq!(frame.report.device.name, None);
     assert!(frame.report.device.left_to_cpu.is_some_and(|reason| reason.contains("f64")));
-    let cpu = Renderer::new(1).unwrap().render(&double, &grid, layers, &field).unwrap();
+    let cpu = Renderer::new(1).unwrap().render(&double, grid, layers, &field).unwrap();
     assert!(frame.pixels == cpu.pixels && frame.error == cpu.error);
     // A field that does not fit the grid is the caller's error.
     let wrong = at_centers(&sphere.values[..6], 2);
-    assert!(renderer.render(&scene(FAR, RAMP, ""), &grid, layers, &wrong).is_err());
+    assert!(renderer.render(&scene(FAR, RAMP, ""), grid, layers, &wrong).is_err());
     for adapter in [Adapter::Number(999), Adapter::Name("no such device".into())] {
         assert!(Gpu::new(Some(adapter)).unwrap_err().to_string().contains("no adapter"));
     }
@@ -199,8 +198,7 @@ fn a_picture_in_bands_has_no_seam() {
 #[test]
 fn a_field_beyond_a_binding_is_drawn() {
     let Some(gpu) = gpu() else { return };
-    let tables = IcosahedralMesh::new(6).unwrap();
-    let grid = Grid::new(tables.tables()).unwrap();
+    let (_, grid) = icosahedral(6);
     let count = 830;
     let heights: Vec<f64> = (0..count).map(|k| 100.0 * k as f64).collect();
     let layers = Layers::from_heights(&heights, EARTH_M).unwrap();
@@ -221,7 +219,7 @@ fn pictures_do_not_depend_on_the_one_before() {
     let spheres = [4, 2].map(|level| Sphere::new(level, &THICK_M));
     let draw = |sphere: &Sphere, camera: &str, [width, height]: [u32; 2]| {
         let scene = Scene { width, height, ..scene(camera, SMOOTH, "exaggeration = 60") };
-        let frame = compare(camera, &scene, &sphere.grid(), &sphere.layers, &sphere.field());
+        let frame = compare(camera, &scene, &sphere.grid, &sphere.layers, &sphere.field());
         (frame.pixels, frame.error)
     };
     let first = draw(&spheres[0], FAR, [72, 60]);

@@ -1,24 +1,18 @@
 //! Layers at other heights over each cell.
 
 use super::common::*;
-use super::scenes::{HEAD, ISOSURFACES, SURFACES, compare, compare_edges, second};
+use super::scenes::{ISOSURFACES, SURFACES, TwoFields, compare, compare_edges};
 use super::volumes;
-use icoray::Fields;
 
 /// Heights of layers that follow mountains, some of which have no thickness; some columns have no heights.
 pub fn heights(sphere: &Sphere) -> Vec<f64> {
-    let grid = sphere.grid();
-    let column = |cell: u32| {
-        let p = grid.direction(cell);
+    over_columns(sphere.grid.cells(), THICK_M.len(), |cell, layer| {
+        let p = sphere.grid.direction(cell as u32);
         let ground = 2e3 + 2e3 * (5.0 * p.x).sin() * (4.0 * p.y + 1.0).cos() + 500.0 * (20.0 * p.z).sin();
-        let is_missing = cell % 113 == 5;
-        (0..THICK_M.len()).map(move |layer| {
-            let flat = cell.is_multiple_of(7) && layer == 2;
-            let up = THICK_M[if flat { 1 } else { layer }] / THICK_M[THICK_M.len() - 1];
-            if is_missing { f64::NAN } else { ground + up * (20e3 - ground) }
-        })
-    };
-    (0..grid.cells() as u32).flat_map(column).collect()
+        let flat = cell.is_multiple_of(7) && layer == 2;
+        let up = THICK_M[if flat { 1 } else { layer }] / THICK_M[THICK_M.len() - 1];
+        if cell % 113 == 5 { f64::NAN } else { ground + up * (20e3 - ground) }
+    })
 }
 
 pub const NATIVE: &str = "heights = \"native\"\nexaggeration = 60";
@@ -30,19 +24,15 @@ pub const LINES: &str =
 #[test]
 fn layers_at_native_heights() {
     let Some(_) = gpu() else { return };
-    let sphere = Sphere::new(4, &THICK_M);
-    let (grid, second, heights) = (sphere.grid(), second(&sphere), heights(&sphere));
-    let count = THICK_M.len();
-    let fields = || {
-        let fields = Fields::new([("f", sphere.field()), ("g", at_centers(&second, count))]);
-        fields.with_heights(level_fastest(&heights, count, icoray::Location::Center))
-    };
-    let both = (&grid, &sphere.layers);
+    let data = TwoFields::new(4, &THICK_M);
+    let heights = heights(&data.sphere);
+    let fields = || data.fields().with_heights(at_centers(&heights, THICK_M.len()));
+    let both = (&data.sphere.grid, &data.sphere.layers);
     let hollow = format!("{NATIVE}\ncore = \"transparent\"");
     for (what, where_, text, rest) in [
         ("surfaces, cut", POLE, format!("{STEPS}\n{}", SURFACES[5].1), NATIVE),
-        ("cells and spheres, lit", FAR, format!("{RAMP}\n{}\n{HIGH}\n{HEAD}", SURFACES[3].1), NATIVE),
-        ("isosurfaces, cut, lit", INSIDE, format!("{RAMP}\n{}\n{HEAD}", ISOSURFACES[5].1), &hollow),
+        ("cells and spheres, lit", FAR, format!("{RAMP}\n{}\n{HIGH}\n{LIT}", SURFACES[3].1), NATIVE),
+        ("isosurfaces, cut, lit", INSIDE, format!("{RAMP}\n{}\n{LIT}", ISOSURFACES[5].1), &hollow),
     ] {
         let scene = scene(where_, &text, rest);
         // A ray grazes an isosurface.

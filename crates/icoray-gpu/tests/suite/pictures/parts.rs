@@ -2,7 +2,7 @@
 
 use super::common::*;
 use super::lines::{CELLS, ON_CORE};
-use super::scenes::{ISOSURFACES, second};
+use super::scenes::{ISOSURFACES, TwoFields};
 use super::{native, volumes};
 use crate::common::{columns_of, picture};
 use crate::culled::{Culled, Mark, Style, holes};
@@ -13,7 +13,6 @@ use icoray::{
 use icoray_gpu::{Gpu, MemoryLimits};
 use std::sync::Arc;
 
-const HEAD: &str = "[light]\nkind = \"headlight\"";
 const SUN: &str = "[light]\nkind = \"sun\"\nlon = 75\nlat = 40\nspecular = 0.5";
 const CORE: &str = "exaggeration = 60\ncore = \"gray\"\ntolerance = 1e-6";
 const HOLLOW: &str = "exaggeration = 60\ncore = \"transparent\"\nbackground = \"white\"\ntolerance = 1e-6";
@@ -90,7 +89,7 @@ fn check_devices(name: &str, reports: &[FrameReport], has_gpu: impl Fn(usize) ->
 fn parts_make_the_picture_of_the_whole() {
     let Some(gpu) = gpu() else { return };
     let sphere = Sphere::new(4, &THICK_M);
-    let mesh = &sphere.tables;
+    let mesh = sphere.tables;
     let values = (sphere.values.as_slice(), THICK_M.len());
     let stays = vec![true; mesh.cells()];
     let scenes = [
@@ -99,7 +98,7 @@ fn parts_make_the_picture_of_the_whole() {
         ("inside", scene(INSIDE, SMOOTH, HOLLOW)),
         ("steps", scene(RADIAL, STEPS, CORE)),
         ("dense", scene(FAR, DENSE, CORE)),
-        ("headlight", scene(FAR, &format!("{RAMP}\n{HEAD}"), &CORE.replace("1e-6", "1e-4"))),
+        ("headlight", scene(FAR, &format!("{RAMP}\n{LIT}"), &CORE.replace("1e-6", "1e-4"))),
         ("sun", scene(INSIDE, &format!("{SMOOTH}\n{SUN}"), &HOLLOW.replace("1e-6", "1e-4"))),
     ];
     for (i, (name, scene)) in scenes.iter().enumerate() {
@@ -119,16 +118,16 @@ fn parts_make_the_picture_of_the_whole() {
 #[test]
 fn parts_of_scenes_make_the_picture_of_the_whole() {
     let Some(gpu) = gpu() else { return };
-    let sphere = Sphere::new(4, &THICK_M);
-    let mesh = &sphere.tables;
+    let TwoFields { sphere, second } = TwoFields::new(4, &THICK_M);
+    let mesh = sphere.tables;
     let heights = native::heights(&sphere).into_iter().map(|height| height as f32).collect();
-    let values = [sphere.values.clone(), second(&sphere), heights].concat();
+    let values = [sphere.values.clone(), second, heights].concat();
     let values = (values.as_slice(), THICK_M.len());
     let (_, lakes) = holes(mesh).into_iter().find(|(hole, _)| *hole == "continents with a lake").unwrap();
     let all = vec![true; mesh.cells()];
     for (i, (what, text, stays, camera)) in [
         ("lines, lit", format!("{}{SUN}", native::LINES), &lakes, FAR),
-        ("native heights, lit", format!("{}\n{HEAD}", ISOSURFACES[3].1), &all, FAR),
+        ("native heights, lit", format!("{}\n{LIT}", ISOSURFACES[3].1), &all, FAR),
         ("two volumes", volumes::contents("two"), &all, FAR),
         ("isosurfaces, cut", ISOSURFACES[5].1.to_owned(), &lakes, INSIDE),
         ("cells, a lake", format!("{CELLS}{ON_CORE}"), &lakes, FAR),
@@ -164,7 +163,7 @@ fn parts_of_scenes_make_the_picture_of_the_whole() {
 fn holes_of_the_whole_are_holes_of_its_parts() {
     let Some(gpu) = gpu() else { return };
     let sphere = Sphere::new(3, &THICK_M);
-    let mesh = &sphere.tables;
+    let mesh = sphere.tables;
     let values = (sphere.values.as_slice(), THICK_M.len());
     let scenes = [
         scene(FAR, RAMP, CORE),
@@ -198,7 +197,7 @@ fn fragments_are_those_of_the_cpu() {
         ("steps, paper", &sphere, scene(FAR, STEPS, &format!("{}\nmethod = \"paper\"", loose(HOLLOW)))),
         ("lit", &sphere, scene(FAR, &format!("{RAMP}\n{SUN}"), &CORE.replace("1e-6", "1e-3"))),
     ] {
-        let (mesh, values) = (&sphere.tables, (sphere.values.as_slice(), THICK_M.len()));
+        let (mesh, values) = (sphere.tables, (sphere.values.as_slice(), THICK_M.len()));
         for (partition, owner) in partitions(mesh, 3) {
             let name = format!("{name}, {partition}");
             let spread = Spread::new(mesh, 3, &owner);
@@ -223,7 +222,7 @@ fn parts_in_pages_do_not_show() {
     let Some(_) = gpu() else { return };
     let count = 16;
     let sphere = Sphere::new(5, &std::array::from_fn::<f64, 16, _>(|k| 1e3 * k as f64));
-    let mesh = &sphere.tables;
+    let mesh = sphere.tables;
     let values = (sphere.values.as_slice(), count);
     let limited = |binding, field| Arc::new(Gpu::with_limits(None, MemoryLimits { binding, field }).unwrap());
     let (_, owner) = partitions(mesh, 2).swap_remove(1);
@@ -233,7 +232,7 @@ fn parts_in_pages_do_not_show() {
     let paged = limited(Some(256 << 10), None);
     for (name, scene) in [
         ("far", scene(FAR, &format!("{RAMP}\n{SUN}"), &loose)),
-        ("close", scene(CLOSE, &format!("{SMOOTH}\n{HEAD}"), &loose)),
+        ("close", scene(CLOSE, &format!("{SMOOTH}\n{LIT}"), &loose)),
         ("in time", scene(FAR, SMOOTH, &format!("{CORE}\ntime_budget_ms = 3600000"))),
     ] {
         let expected = whole(mesh, &stays, &scene, values);

@@ -5,7 +5,6 @@ use icoray::{Counts, Fields, Frame, Grid, Layers, Location, Precision, Renderer,
 
 pub const SHINY: &str =
     "[light]\nkind = \"sun\"\nlon = 10\nlat = -20\nambient = 0.2\ndiffuse = 0.8\nspecular = 1\nshininess = 30";
-pub const HEAD: &str = "[light]\nkind = \"headlight\"";
 
 /// Cuts of all kinds, one by one and together.
 const CLIPS: [(&str, &str); 9] = [
@@ -96,32 +95,56 @@ pub fn compare_edges<'f>(name: &str, scene: &Scene, (grid, layers): (&Grid, &Lay
     assert!(rmse <= 2e-3, "{name}: rmse {rmse:e}");
 }
 
-#[test]
-fn cut_volumes() {
-    let Some(_) = gpu() else { return };
-    let sphere = Sphere::new(4, &THICK_M);
-    let (grid, layers) = (sphere.grid(), &sphere.layers);
-    for (k, (clip, text)) in CLIPS.into_iter().enumerate() {
-        for (transfer, colors) in [TRANSFERS[k % 5], TRANSFERS[(k + 2) % 5]] {
-            for (camera, where_) in [("far", FAR), ("inside", INSIDE)] {
-                let name = format!("{clip}, {transfer}, {camera}");
-                let scene = scene(where_, &format!("{colors}\n{text}"), CORES[k % 2]);
-                compare(&name, &scene, (&grid, layers), || Fields::new([("f", sphere.field())]), 0);
+/// A sphere with its field f, and with g, some of whose values are missing.
+pub struct TwoFields {
+    pub sphere: Sphere,
+    pub second: Vec<f32>,
+}
+
+impl TwoFields {
+    pub fn new(level: u32, heights: &[f64]) -> Self {
+        let sphere = Sphere::new(level, heights);
+        let value = |cell: usize, layer: usize| match (cell * 13 + layer) % 89 {
+            0 => f32::NAN,
+            1 => f32::INFINITY,
+            _ => {
+                let p = sphere.grid.direction(cell as u32);
+                ((6.0 * p.x + 0.3 * layer as f64).cos() * (5.0 * p.y).sin() + 0.3 * p.z) as f32
             }
-        }
+        };
+        TwoFields { second: over_columns(sphere.grid.cells(), heights.len(), value), sphere }
+    }
+
+    pub fn fields(&self) -> Fields<'_> {
+        Fields::new([("f", self.sphere.field()), ("g", at_centers(&self.second, self.sphere.layers.count()))])
+    }
+
+    /// [`compare`] with these fields.
+    pub fn compare(&self, name: &str, scene: &Scene, stray: usize) -> Frame {
+        compare(name, scene, (&self.sphere.grid, &self.sphere.layers), || self.fields(), stray)
+    }
+
+    /// [`compare_edges`] with these fields.
+    pub fn compare_edges(&self, name: &str, scene: &Scene) {
+        compare_edges(name, scene, (&self.sphere.grid, &self.sphere.layers), || self.fields());
     }
 }
 
 #[test]
-fn lit_cut_volumes() {
+fn cut_volumes() {
     let Some(_) = gpu() else { return };
-    let sphere = Sphere::new(4, &THICK_M);
-    let (grid, layers) = (sphere.grid(), &sphere.layers);
-    for (clip, text) in CLIPS {
-        for (light, lamp) in [("headlight", HEAD), ("shiny", SHINY)] {
-            let name = format!("{clip}, {light}");
+    let both = TwoFields::new(4, &THICK_M);
+    for (k, (clip, text)) in CLIPS.into_iter().enumerate() {
+        for (transfer, colors) in [TRANSFERS[k % 5], TRANSFERS[(k + 2) % 5]] {
+            for (camera, where_) in [("far", FAR), ("inside", INSIDE)] {
+                let scene = scene(where_, &format!("{colors}\n{text}"), CORES[k % 2]);
+                both.compare(&format!("{clip}, {transfer}, {camera}"), &scene, 0);
+            }
+        }
+        both.compare_edges(clip, &scene(FAR, &format!("{DENSE}\n{text}"), CORES[0]));
+        for (light, lamp) in [("headlight", LIT), ("shiny", SHINY)] {
             let scene = scene(FAR, &format!("{SMOOTH}\n{lamp}\n{text}"), CORES[0]);
-            compare(&name, &scene, (&grid, layers), || Fields::new([("f", sphere.field())]), 0);
+            both.compare(&format!("{clip}, {light}"), &scene, 0);
         }
     }
 }
@@ -131,7 +154,7 @@ fn lit_cut_volumes() {
 fn cuts_of_thin_layers_and_of_meshes_with_holes() {
     let Some(_) = gpu() else { return };
     let heights: Vec<f64> = (0..31).map(|k| 100.0 * f64::from(k)).collect();
-    let sphere = Sphere::new(5, &heights);
+    let both = TwoFields::new(5, &heights);
     for (clip, text) in [
         ("box", CLIPS[0].1),
         ("shell", "[[clip]]\nheight_m = [850, 1730]"),
@@ -139,8 +162,7 @@ fn cuts_of_thin_layers_and_of_meshes_with_holes() {
     ] {
         for (camera, where_) in [("far", FAR), ("limb", LIMB), ("inside", IN_THIN)] {
             let scene = scene(where_, &format!("{SMOOTH}\n{text}"), "core = \"gray\"");
-            let fields = || Fields::new([("f", sphere.field())]);
-            compare(&format!("100 m, {clip}, {camera}"), &scene, (&sphere.grid(), &sphere.layers), fields, 0);
+            both.compare(&format!("100 m, {clip}, {camera}"), &scene, 0);
         }
     }
     each_mesh_with_holes(|hole, grid, layers, field| {
@@ -149,13 +171,22 @@ fn cuts_of_thin_layers_and_of_meshes_with_holes() {
     });
 }
 
-#[test]
-fn edges_of_cut_volumes() {
+/// Names of views with their cameras and lights.
+const VIEWS: [(&str, &str, &str); 4] =
+    [("far", FAR, ""), ("inside", INSIDE, ""), ("headlight", FAR, LIT), ("shiny", FAR, SHINY)];
+
+/// Draws all that is `shown` in these views, and its edges; up to `stray` pixels of the number of what is shown may be
+/// beyond their errors.
+fn compare_all(shown: &[(&str, &str)], views: &[(&str, &str, &str)], stray: impl Fn(usize) -> usize) {
     let Some(_) = gpu() else { return };
-    let sphere = Sphere::new(4, &THICK_M);
-    for (clip, text) in CLIPS {
-        let scene = scene(FAR, &format!("{DENSE}\n{text}"), CORES[0]);
-        compare_edges(clip, &scene, (&sphere.grid(), &sphere.layers), || Fields::new([("f", sphere.field())]));
+    let both = TwoFields::new(4, &THICK_M);
+    for (k, (surface, text)) in shown.iter().enumerate() {
+        for (view, where_, lamp) in views {
+            let scene = scene(where_, &format!("{}\n{lamp}\n{text}", TRANSFERS[k % 2].1), CORES[k % 2]);
+            both.compare(&format!("{surface}, {view}"), &scene, stray(k));
+        }
+        let scene = scene(FAR, &format!("{RAMP}\n{text}"), CORES[k % 2]);
+        both.compare_edges(&format!("{surface}, edges"), &scene);
     }
 }
 
@@ -182,38 +213,9 @@ pub const SURFACES: [(&str, &str); 6] = [
     ),
 ];
 
-/// A second field, some of whose values are missing.
-pub fn second(sphere: &Sphere) -> Vec<f32> {
-    let grid = sphere.grid();
-    let count = sphere.layers.count();
-    let value = |cell: usize, layer: usize| match (cell * 13 + layer) % 89 {
-        0 => f32::NAN,
-        1 => f32::INFINITY,
-        _ => {
-            let p = grid.direction(cell as u32);
-            ((6.0 * p.x + 0.3 * layer as f64).cos() * (5.0 * p.y).sin() + 0.3 * p.z) as f32
-        }
-    };
-    (0..grid.cells()).flat_map(|cell| (0..count).map(move |layer| (cell, layer))).map(|(c, l)| value(c, l)).collect()
-}
-
 #[test]
 fn surfaces_on_layers() {
-    let Some(_) = gpu() else { return };
-    let sphere = Sphere::new(4, &THICK_M);
-    let (grid, layers, second) = (sphere.grid(), &sphere.layers, second(&sphere));
-    let fields = || Fields::new([("f", sphere.field()), ("g", at_centers(&second, THICK_M.len()))]);
-    for (k, (surface, text)) in SURFACES.into_iter().enumerate() {
-        let name = |what: &str| format!("{surface}, {what}");
-        for (what, where_, lamp) in
-            [("far", FAR, ""), ("inside", INSIDE, ""), ("headlight", FAR, HEAD), ("shiny", FAR, SHINY)]
-        {
-            let scene = scene(where_, &format!("{}\n{lamp}\n{text}", TRANSFERS[k % 2].1), CORES[k % 2]);
-            compare(&name(what), &scene, (&grid, layers), fields, 0);
-        }
-        let scene = scene(FAR, &format!("{RAMP}\n{text}"), CORES[k % 2]);
-        compare_edges(&name("edges"), &scene, (&grid, layers), fields);
-    }
+    compare_all(&SURFACES, &VIEWS, |_| 0);
 }
 
 /// Surfaces at heights between layers, one by one and together.
@@ -240,18 +242,7 @@ const BETWEEN: [(&str, &str); 4] = [
 
 #[test]
 fn surfaces_between_layers() {
-    let Some(_) = gpu() else { return };
-    let sphere = Sphere::new(4, &THICK_M);
-    let (grid, layers, second) = (sphere.grid(), &sphere.layers, second(&sphere));
-    let fields = || Fields::new([("f", sphere.field()), ("g", at_centers(&second, THICK_M.len()))]);
-    for (k, (surface, text)) in BETWEEN.into_iter().enumerate() {
-        for (what, where_, lamp) in [("far", FAR, ""), ("inside", INSIDE, ""), ("shiny", FAR, SHINY)] {
-            let scene = scene(where_, &format!("{}\n{lamp}\n{text}", TRANSFERS[k % 2].1), CORES[k % 2]);
-            compare(&format!("{surface}, {what}"), &scene, (&grid, layers), fields, if k == 3 { GRAZING } else { 0 });
-        }
-        let scene = scene(FAR, &format!("{RAMP}\n{text}"), CORES[k % 2]);
-        compare_edges(&format!("{surface}, edges"), &scene, (&grid, layers), fields);
-    }
+    compare_all(&BETWEEN, &[VIEWS[0], VIEWS[1], VIEWS[3]], |k| if k == 3 { GRAZING } else { 0 });
 }
 
 /// Surfaces alone, over a hollow core and on a mesh with holes.
@@ -266,9 +257,9 @@ fn surfaces_without_a_volume() {
         );
         Scene::parse(&text).unwrap()
     };
-    for scene in [text("layer = 2", ""), text("layer = 2", HEAD), text("height_m = 8000", "")] {
-        let sphere = Sphere::new(4, &THICK_M);
-        compare("alone", &scene, (&sphere.grid(), &sphere.layers), || Fields::new([("f", sphere.field())]), 0);
+    let both = TwoFields::new(4, &THICK_M);
+    for scene in [text("layer = 2", ""), text("layer = 2", LIT), text("height_m = 8000", "")] {
+        both.compare("alone", &scene, 0);
         each_mesh_with_holes(|hole, grid, layers, field| {
             drop(compare(&format!("alone, {hole}"), &scene, (grid, layers), || Fields::new([("f", *field)]), 0));
         });
@@ -304,21 +295,7 @@ const GRAZING: usize = 2;
 
 #[test]
 fn isosurfaces_of_fields() {
-    let Some(_) = gpu() else { return };
-    let sphere = Sphere::new(4, &THICK_M);
-    let (grid, layers, second) = (sphere.grid(), &sphere.layers, second(&sphere));
-    let fields = || Fields::new([("f", sphere.field()), ("g", at_centers(&second, THICK_M.len()))]);
-    for (k, (surface, text)) in ISOSURFACES.into_iter().enumerate() {
-        let name = |what: &str| format!("{surface}, {what}");
-        for (what, where_, lamp) in
-            [("far", FAR, ""), ("inside", INSIDE, ""), ("headlight", FAR, HEAD), ("shiny", FAR, SHINY)]
-        {
-            let scene = scene(where_, &format!("{}\n{lamp}\n{text}", TRANSFERS[k % 2].1), CORES[k % 2]);
-            compare(&name(what), &scene, (&grid, layers), fields, GRAZING);
-        }
-        let scene = scene(FAR, &format!("{RAMP}\n{text}"), CORES[k % 2]);
-        compare_edges(&name("edges"), &scene, (&grid, layers), fields);
-    }
+    compare_all(&ISOSURFACES, &VIEWS, |_| GRAZING);
 }
 
 /// Isosurfaces alone, far from 0, where single precision has no digits of the values themselves, and where none of the
@@ -327,9 +304,9 @@ fn isosurfaces_of_fields() {
 fn isosurfaces_without_a_volume() {
     let Some(_) = gpu() else { return };
     let sphere = Sphere::new(4, &THICK_M);
-    let (grid, layers) = (sphere.grid(), &sphere.layers);
+    let (grid, layers) = (&sphere.grid, &sphere.layers);
     let far: Vec<f64> = sphere.values.iter().map(|x| 1e6 + f64::from(*x)).collect();
-    for lamp in ["", HEAD] {
+    for lamp in ["", LIT] {
         let text = format!(
             "antialias = false\nexaggeration = 60\ncore = \"gray\"\n[image]\nwidth = 48\nheight = 40\n\
              [camera]\n{FAR}\n[[isosurfaces]]\nfield = \"f\"\nvalue = 1000000.25\ncolor = \"orange\"\nopacity = 0.5\n\
@@ -337,8 +314,8 @@ fn isosurfaces_without_a_volume() {
         );
         let scene = Scene::parse(&text).unwrap();
         let field = || level_fastest(&far, THICK_M.len(), Location::Center);
-        drop(compare("alone, far from 0", &scene, (&grid, layers), || Fields::new([("f", field())]), GRAZING));
-        compare_edges("alone, far from 0", &scene, (&grid, layers), || Fields::new([("f", field())]));
+        drop(compare("alone, far from 0", &scene, (grid, layers), || Fields::new([("f", field())]), GRAZING));
+        compare_edges("alone, far from 0", &scene, (grid, layers), || Fields::new([("f", field())]));
     }
     // Volumes are clear in most layers.
     let rising: Vec<f32> =
@@ -347,5 +324,5 @@ fn isosurfaces_without_a_volume() {
     let scene =
         scene(FAR, &format!("{knots}\n[[isosurfaces]]\nfield = \"f\"\nvalue = 0.6\ncolor = \"blue\""), CORES[0]);
     let fields = || Fields::new([("f", at_centers(&rising, THICK_M.len()))]);
-    compare("in clear layers", &scene, (&grid, layers), fields, GRAZING);
+    compare("in clear layers", &scene, (grid, layers), fields, GRAZING);
 }

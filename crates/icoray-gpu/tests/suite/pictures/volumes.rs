@@ -1,8 +1,8 @@
 //! Scenes of several volumes, or of one whose opacity is that of another field.
 
 use super::common::*;
-use super::scenes::{HEAD, SHINY, compare, compare_edges, second};
-use icoray::{Fields, Grid, Location, Scene};
+use super::scenes::{SHINY, TwoFields, compare};
+use icoray::{Fields, Scene};
 
 const ONE: &str = "[[volumes]]\nfield = \"f\"\ntransfer = { map = \"viridis\", range = [-1, 1], \
     opacity = [[-1, 0.6], [-0.2, 0.05], [0.1, 0.0], [0.6, 0.7], [1, 0.3]] }\n";
@@ -60,14 +60,12 @@ pub fn scene_of(camera: &str, contents: &[&str], rest: &str, light: &str) -> Sce
 /// Draws the scenes with these lights from these places.
 fn compare_all(lights: &[(&str, &str)], cameras: &[(&str, &str)]) {
     let Some(_) = gpu() else { return };
-    let sphere = Sphere::new(4, &THICK_M);
-    let (grid, layers, second) = (sphere.grid(), &sphere.layers, second(&sphere));
-    let fields = || Fields::new([("f", sphere.field()), ("g", at_centers(&second, THICK_M.len()))]);
+    let both = TwoFields::new(4, &THICK_M);
     for (k, (what, contents)) in SCENES.into_iter().enumerate() {
         for (light, lamp) in lights {
             for (camera, where_) in cameras {
                 let scene = scene_of(where_, contents, CORES[k % 2], lamp);
-                let drawn = compare(&format!("{what}, {light}, {camera}"), &scene, (&grid, layers), fields, 0);
+                let drawn = both.compare(&format!("{what}, {light}, {camera}"), &scene, 0);
                 assert!(drawn.pixels.iter().any(|pixel| pixel[0] != pixel[2]), "{what}, {camera}: nothing is seen");
             }
         }
@@ -81,22 +79,19 @@ fn several_volumes() {
 
 #[test]
 fn several_lit_volumes() {
-    compare_all(&[("headlight", HEAD), ("shiny", SHINY)], &[("far", FAR)]);
+    compare_all(&[("headlight", LIT), ("shiny", SHINY)], &[("far", FAR)]);
 }
 
 /// Where transfer functions jump, which the CPU crosses in double precision.
 #[test]
 fn several_volumes_with_steps() {
     let Some(_) = gpu() else { return };
-    let sphere = Sphere::new(4, &THICK_M);
-    let (grid, layers, second) = (sphere.grid(), &sphere.layers, second(&sphere));
-    let fields = || Fields::new([("f", sphere.field()), ("g", at_centers(&second, THICK_M.len()))]);
+    let both = TwoFields::new(4, &THICK_M);
     for (what, contents) in
         [("steps", [ONE, STEPS].as_slice()), ("thin", &[STEPS, THIN]), ("cut", &[STEPS, ONE, REGION])]
     {
         for (light, lamp) in [("unlit", ""), ("shiny", SHINY)] {
-            let scene = scene_of(FAR, contents, CORES[0], lamp);
-            compare(&format!("{what}, {light}"), &scene, (&grid, layers), fields, 0);
+            both.compare(&format!("{what}, {light}"), &scene_of(FAR, contents, CORES[0], lamp), 0);
         }
     }
 }
@@ -107,18 +102,14 @@ fn several_volumes_of_other_fields_and_layers() {
     let Some(_) = gpu() else { return };
     let heights: Vec<f64> = (0..31).map(|k| 100.0 * f64::from(k)).collect();
     let sphere = Sphere::new(4, &heights);
-    let (grid, layers) = (sphere.grid(), &sphere.layers);
     let far: Vec<f64> = (0..sphere.values.len()).map(|k| 1e6 - f64::from(sphere.values[k]).sin()).collect();
     let shifted = "[[volumes]]\nfield = \"g\"\ntransfer = { map = \"plasma\", range = [999999, 1000001], \
         opacity = [[999999.2, 0.7], [999999.8, 0.0], [1000000.3, 0.0], [1000000.8, 0.95]] }\n";
-    let fields = || {
-        let second = level_fastest(&far, heights.len(), Location::Center);
-        Fields::new([("f", sphere.field()), ("g", second)])
-    };
+    let fields = || Fields::new([("f", sphere.field()), ("g", at_centers(&far, heights.len()))]);
     for (camera, where_) in [("far", FAR), ("limb", LIMB), ("inside", IN_THIN)] {
-        for lamp in ["", HEAD] {
+        for lamp in ["", LIT] {
             let scene = scene_of(where_, &[ONE, shifted], "core = \"gray\"", lamp);
-            compare(&format!("100 m, {camera}, {lamp}"), &scene, (&grid, layers), fields, 0);
+            compare(&format!("100 m, {camera}, {lamp}"), &scene, (&sphere.grid, &sphere.layers), fields, 0);
         }
     }
 }
@@ -126,13 +117,11 @@ fn several_volumes_of_other_fields_and_layers() {
 #[test]
 fn edges_of_several_volumes() {
     let Some(_) = gpu() else { return };
-    let sphere = Sphere::new(4, &THICK_M);
-    let (grid, layers, second): (Grid, _, _) = (sphere.grid(), &sphere.layers, second(&sphere));
-    let fields = || Fields::new([("f", sphere.field()), ("g", at_centers(&second, THICK_M.len()))]);
+    let both = TwoFields::new(4, &THICK_M);
     for (what, contents) in
         [("cut", [ONE, OTHER, REGION].as_slice()), ("with all", &[THIN, OTHER, SHELL, OWN_ISO, SURFACE, HIGH])]
     {
-        compare_edges(what, &scene_of(FAR, contents, CORES[0], ""), (&grid, layers), fields);
+        both.compare_edges(what, &scene_of(FAR, contents, CORES[0], ""));
     }
 }
 
@@ -143,7 +132,7 @@ fn too_many_volumes_are_drawn_by_the_cpu() {
     let sphere = Sphere::new(2, &THICK_M);
     let scene = scene_of(FAR, &[ONE; 5], CORES[0], "");
     let drawn =
-        renderer(&gpu).render(&scene, &sphere.grid(), &sphere.layers, Fields::new([("f", sphere.field())])).unwrap();
+        renderer(&gpu).render(&scene, &sphere.grid, &sphere.layers, Fields::new([("f", sphere.field())])).unwrap();
     let reason = drawn.report.device.left_to_cpu.unwrap();
     assert_eq!(reason, "the scene shows 5 volumes, expected at most 4");
 }

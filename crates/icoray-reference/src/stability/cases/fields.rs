@@ -1,6 +1,6 @@
 //! Fields of any size and offset, constant ones, rough ones, and missing values.
 
-use super::case::{Case, CaseMesh, knot, wave};
+use super::{Case, CaseMesh, knot, wave};
 use icoray::{Knot, OwnedReals, Result};
 
 const RED: [f64; 3] = [0.9, 0.1, 0.05];

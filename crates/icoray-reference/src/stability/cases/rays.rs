@@ -1,6 +1,6 @@
 //! Cameras near and far, and rays that meet the mesh in its special places.
 
-use super::case::{Case, CaseMesh};
+use super::{Case, CaseMesh};
 use glam::DVec3;
 use icoray::Result;
 

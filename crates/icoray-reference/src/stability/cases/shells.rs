@@ -1,6 +1,6 @@
 //! Meshes from coarse to fine, shells from thick to thin, and the Earth to scale.
 
-use super::case::{Case, CaseMesh};
+use super::{Case, CaseMesh};
 use glam::DVec3;
 use icoray::{Layers, Result};
 

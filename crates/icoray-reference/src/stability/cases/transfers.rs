@@ -1,6 +1,6 @@
 //! Cells from clear to opaque, and transfer functions with steps, spikes and many knots.
 
-use super::case::{Case, CaseMesh, knot};
+use super::{Case, CaseMesh, knot};
 use icoray::{Knot, Result};
 
 const RED: [f64; 3] = [0.9, 0.1, 0.05];

@@ -74,12 +74,11 @@ fn mixed_scene(first: &str) -> Scene {
 #[test]
 fn fields_at_corners_make_the_very_picture_of_the_whole() {
     use Layout::{Blocked, CellFastest, LevelFastest};
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (mesh, grid) = icosahedral(3);
     let (cells, corners) = (mesh.cells(), mesh.lon_corner_rad.len());
     let all: Vec<usize> = (0..cells).collect();
     let q = LevelFastest.lay(&all, |c, l| value(c, l, 1));
-    let at_corners = LocalCorners::whole(&mesh, 0, &vec![0; cells]).values([LevelFastest; 2]);
+    let at_corners = LocalCorners::whole(mesh, 0, &vec![0; cells]).values([LevelFastest; 2]);
     let shapes = [cells, corners, corners].map(|columns| LevelFastest.shape(columns));
     // Also of the field at corners alone.
     let plain = Scene { volumes: vec![mixed_scene("t").volumes.swap_remove(0)], ..scene("") };
@@ -93,7 +92,7 @@ fn fields_at_corners_make_the_very_picture_of_the_whole() {
     for (i, node_of) in [&[0, 0][..], &[0, 0, 0], &[0, 1], &[2, 1, 1, 0]].into_iter().enumerate() {
         let ranks = node_of.len();
         let owner = &partitions(cells, ranks)[i % 3];
-        let locals = locals(&mesh, ranks, owner);
+        let locals = locals(mesh, ranks, owner);
         let of_corners = &partitions(corners, ranks)[(i + 1) % 3];
         for is_numbered in [true, false] {
             let drawn = on_nodes(node_of, |ranks| {
@@ -101,7 +100,7 @@ fn fields_at_corners_make_the_very_picture_of_the_whole() {
                 let local = &locals[rank];
                 let mine = match is_numbered {
                     true => LocalCorners::numbered(corners, rank, of_corners),
-                    false => LocalCorners::whole(&mesh, rank, owner),
+                    false => LocalCorners::whole(mesh, rank, owner),
                 };
                 let decomposition = mine.decomposition(ranks, &grid, local).unwrap();
                 let Decomposition::Columns(columns) = &decomposition else { panic!("not columns") };
@@ -116,10 +115,7 @@ fn fields_at_corners_make_the_very_picture_of_the_whole() {
                     .each_ref()
                     .map(|scene| render(ranks, scene, &grid, &decomposition, fields(&q, &at_corners, shapes)).unwrap())
             });
-            let mut frames = [Vec::new(), Vec::new(), Vec::new()];
-            drawn.into_iter().for_each(|drawn| frames.iter_mut().zip(drawn).for_each(|(all, one)| all.push(one)));
-            for (k, drawn) in frames.into_iter().enumerate() {
-                let (frame, reports) = picture(drawn);
+            for (k, (frame, reports)) in pictures(drawn).into_iter().enumerate() {
                 let trying = format!("nodes {node_of:?}, numbers {is_numbered}, scene {k}");
                 assert!(bits(&frame) == bits(&whole[k]), "{trying}");
                 let bytes = [cells * 8 + corners * (4 + 8), cells * 8 + corners * (4 + 8), corners * 4][k] * LAYERS;
@@ -132,11 +128,10 @@ fn fields_at_corners_make_the_very_picture_of_the_whole() {
 /// Statistics of conditions count each corner once.
 #[test]
 fn a_rank_without_corners_has_none_of_a_field() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
+    let (mesh, grid) = icosahedral(2);
     let corners = mesh.lon_corner_rad.len();
-    let locals = locals(&mesh, 2, &partitions(mesh.cells(), 2)[0]);
+    let locals = locals(mesh, 2, &partitions(mesh.cells(), 2)[0]);
     let summaries = on_nodes(&[0, 0], |ranks| {
-        let grid = Grid::new(mesh.tables()).unwrap();
         let mut mine = LocalCorners::numbered(corners, ranks.rank(), &vec![0; corners]);
         if ranks.rank() == 1 {
             (mine.rows, mine.numbers) = (Vec::new(), None);
@@ -154,9 +149,9 @@ fn a_rank_without_corners_has_none_of_a_field() {
 
 #[test]
 fn corners_that_do_not_fit_are_refused_on_all_ranks() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
+    let (mesh, grid) = icosahedral(2);
     let (cells, corners) = (mesh.cells(), mesh.lon_corner_rad.len());
-    let locals = locals(&mesh, 3, &partitions(cells, 3)[1]);
+    let locals = locals(mesh, 3, &partitions(cells, 3)[1]);
     let owner = &partitions(corners, 3)[0];
     type Damage = fn(&mut Vec<i64>, &mut Vec<i32>);
     let cases: [(Damage, &str); 6] = [
@@ -178,7 +173,6 @@ fn corners_that_do_not_fit_are_refused_on_all_ranks() {
     ];
     for (damage, words) in cases {
         let refused = on_nodes(&[0, 1, 0], |ranks| {
-            let grid = Grid::new(mesh.tables()).unwrap();
             let mut mine = LocalCorners::numbered(corners, ranks.rank(), owner);
             if let (1, Some((global, marks))) = (ranks.rank(), &mut mine.numbers) {
                 // Without the halo, which has corner 0 perhaps.
@@ -193,7 +187,6 @@ fn corners_that_do_not_fit_are_refused_on_all_ranks() {
     }
     // A single rank has all of them, as they are in the tables.
     let alone = |damage: fn(&mut Vec<i64>)| {
-        let grid = Grid::new(mesh.tables()).unwrap();
         let mut global: Vec<i64> = (0..corners as i64).collect();
         damage(&mut global);
         let all: Vec<i64> = (0..cells as i64).collect();
@@ -208,7 +201,6 @@ fn corners_that_do_not_fit_are_refused_on_all_ranks() {
     assert_eq!(words, "corner_global: 319 rows, expected 320, one per corner");
     // With parts, either all ranks have a number for each corner of their tables, or none has.
     let refused = on_nodes(&[0, 0], |ranks| {
-        let grid = Grid::new(mesh.tables()).unwrap();
         let all: Vec<i64> = (0..cells as i64).collect();
         let marks: Vec<i32> = (0..cells).map(|cell| i32::from(cell % 2 == ranks.rank())).collect();
         let part = PartCells { global: all.as_slice().into(), owned: Owned::Marked(&marks) };
@@ -225,9 +217,9 @@ fn corners_that_do_not_fit_are_refused_on_all_ranks() {
 
 #[test]
 fn fields_that_ranks_have_at_other_places_are_an_error() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
+    let (mesh, grid) = icosahedral(2);
     let corners = mesh.lon_corner_rad.len();
-    let locals = locals(&mesh, 3, &partitions(mesh.cells(), 3)[1]);
+    let locals = locals(mesh, 3, &partitions(mesh.cells(), 3)[1]);
     let wide = vec![0.5; 4000];
     let cases: [(ErrorKind, &str); 2] = [
         (ErrorKind::Mpi, "rank 1: has \"q\" at corners, but \"q\" at centres on rank 0"),
@@ -235,7 +227,6 @@ fn fields_that_ranks_have_at_other_places_are_an_error() {
     ];
     for (is_short, (kind, words)) in cases.into_iter().enumerate() {
         let refusals = on_nodes(&[0, 1, 0], |ranks| {
-            let grid = Grid::new(mesh.tables()).unwrap();
             let mine = LocalCorners::numbered(corners, ranks.rank(), &partitions(corners, 3)[1]);
             let decomposition = mine.decomposition(ranks, &grid, &locals[ranks.rank()]).unwrap();
             let columns = if is_short == 1 { 5 } else { mine.rows.len() };

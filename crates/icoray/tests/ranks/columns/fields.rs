@@ -38,8 +38,7 @@ impl Rich {
 #[test]
 fn all_fields_and_heights_that_a_scene_needs_are_put_together() {
     use Layout::{Blocked, CellFastest, LevelFastest};
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (mesh, grid) = icosahedral(3);
     let all: Vec<usize> = (0..mesh.cells()).collect();
     let whole = Rich::of(&all, [LevelFastest; 3]);
     let whole = Renderer::new(1).unwrap().render(&rich_scene(), &grid, &layers(), whole.fields()).unwrap();
@@ -48,7 +47,7 @@ fn all_fields_and_heights_that_a_scene_needs_are_put_together() {
         (&[0, 1, 0], [CellFastest, Blocked, LevelFastest]),
         (&[2, 1, 1, 0], [Blocked, LevelFastest, CellFastest]),
     ] {
-        let locals = locals(&mesh, node_of.len(), &partitions(all.len(), node_of.len())[1]);
+        let locals = locals(mesh, node_of.len(), &partitions(all.len(), node_of.len())[1]);
         let (frame, reports) = picture(on_nodes(node_of, |ranks| {
             let local = &locals[ranks.rank()];
             let decomposition = decomposition(ranks, &grid, local).unwrap();
@@ -66,9 +65,8 @@ fn all_fields_and_heights_that_a_scene_needs_are_put_together() {
 
 #[test]
 fn every_field_and_heights_are_agreed_on() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
-    let locals = locals(&mesh, 3, &partitions(mesh.cells(), 3)[1]);
+    let (mesh, grid) = icosahedral(2);
+    let locals = locals(mesh, 3, &partitions(mesh.cells(), 3)[1]);
     let wide = vec![0.5; 4000];
     type Damage = for<'f> fn(Field<'f>, Field<'f>) -> Fields<'f>;
     let cases: [(Damage, ErrorKind, &str); 5] = [

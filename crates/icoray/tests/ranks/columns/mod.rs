@@ -1,7 +1,9 @@
 //! Columns that are spread over ranks, each of which has the whole grid's tables: bitwise the picture of the whole
 //! field.
 
-use crate::common::{assert_same_refusal, at_centers, bits, difference, laid_out, on_nodes, picture, refusal};
+use crate::common::{
+    assert_same_refusal, at_centers, bits, difference, icosahedral, laid_out, on_nodes, picture, pictures, refusal,
+};
 use icoray::{
     Decomposition, DistributedGrid, Error, ErrorKind, Field, Fields, FrameReport, Grid, IcosahedralMesh, Layers,
     Location, Owned, OwnedReals, PartCells, Ranks, Rendered, Renderer, Scene, Shape,
@@ -119,8 +121,7 @@ fn assert_bytes_copied(node_of: &[usize], reports: &[FrameReport], expected: usi
 /// In 32 and 64 bits by turns: the memory grows, and is then more than what is asked for.
 #[test]
 fn columns_make_the_very_picture_of_the_whole() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (mesh, grid) = icosahedral(3);
     let all: Vec<usize> = (0..mesh.cells()).collect();
     let scenes = [
         scene(""),
@@ -153,7 +154,7 @@ fn columns_make_the_very_picture_of_the_whole() {
     ];
     for (i, node_of) in nodes.into_iter().enumerate() {
         for (k, owner) in partitions(all.len(), node_of.len()).iter().enumerate() {
-            let locals = locals(&mesh, node_of.len(), owner);
+            let locals = locals(mesh, node_of.len(), owner);
             let layout = [Layout::LevelFastest, Layout::CellFastest, Layout::Blocked][(i + k) % 3];
             let drawn = on_nodes(node_of, |ranks| {
                 let local = &locals[ranks.rank()];
@@ -168,12 +169,7 @@ fn columns_make_the_very_picture_of_the_whole() {
                     render(ranks, &scenes[step], &grid, &decomposition, &field(&values, shape)).unwrap()
                 })
             });
-            let mut steps = [Vec::new(), Vec::new(), Vec::new()];
-            drawn.into_iter().flat_map(|drawn| drawn.into_iter().enumerate()).for_each(|(step, drawn)| {
-                steps[step].push(drawn);
-            });
-            for (step, drawn) in steps.into_iter().enumerate() {
-                let (frame, reports) = picture(drawn);
+            for (step, (frame, reports)) in pictures(drawn).into_iter().enumerate() {
                 let trying = format!("nodes {node_of:?}, partition {k}, {layout:?}, step {step}");
                 assert!(bits(&frame) == bits(&whole[step]), "{trying}");
                 let size = if step == 1 { 8 } else { 4 };
@@ -192,14 +188,13 @@ fn columns_make_the_very_picture_of_the_whole() {
 /// Fragments of what nodes have put together are as near as those of any part.
 #[test]
 fn a_scene_may_ask_for_fragments_of_columns() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (mesh, grid) = icosahedral(3);
     let all: Vec<usize> = (0..mesh.cells()).collect();
     let asked = |scheme: &str| scene(&format!("precision = \"f64\"\ntolerance = 1e-7\nranks = \"{scheme}\""));
     let values = Layout::LevelFastest.lay(&all, |c, l| value(c, l, 99));
     let field = at_centers(&values, LAYERS);
     let whole = Renderer::new(1).unwrap().render(&asked("auto"), &grid, &layers(), &field).unwrap();
-    let locals = locals(&mesh, 3, &partitions(all.len(), 3)[1]);
+    let locals = locals(mesh, 3, &partitions(all.len(), 3)[1]);
     let (frame, reports) = picture(on_nodes(&[0, 1, 0], |ranks| {
         let local = &locals[ranks.rank()];
         let decomposition = decomposition(ranks, &grid, local).unwrap();
@@ -213,8 +208,7 @@ fn a_scene_may_ask_for_fragments_of_columns() {
 /// The tables are the part's own only where that fits on all ranks.
 #[test]
 fn ranks_agree_on_the_kind_of_their_tables() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (mesh, grid) = icosahedral(2);
     let cells = mesh.cells();
     let kinds = |locals: Vec<Local>| {
         on_nodes(&vec![0; locals.len()], |ranks| match decomposition(ranks, &grid, &locals[ranks.rank()]).unwrap() {
@@ -235,8 +229,7 @@ fn ranks_agree_on_the_kind_of_their_tables() {
 /// Columns that do not fit on one rank are the same error on all; correct ones are accepted afterwards.
 #[test]
 fn columns_that_do_not_fit_are_refused_on_all_ranks() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (mesh, grid) = icosahedral(2);
     let owner = &partitions(mesh.cells(), 3)[0];
     type Damage = fn(&mut Local);
     let cases: [(Damage, &str); 7] = [
@@ -249,9 +242,9 @@ fn columns_that_do_not_fit_are_refused_on_all_ranks() {
         (|l| (l.global, l.owned) = (Vec::new(), Vec::new()), "of the whole grid is owned by no rank"),
     ];
     for (damage, words) in cases {
-        let mut locals = locals(&mesh, 3, owner);
+        let mut locals = locals(mesh, 3, owner);
         damage(&mut locals[1]);
-        let right = self::locals(&mesh, 3, owner);
+        let right = self::locals(mesh, 3, owner);
         let refusals = on_nodes(&[0, 1, 0], |ranks| {
             let refusal = refusal(decomposition(ranks, &grid, &locals[ranks.rank()]));
             decomposition(ranks, &grid, &right[ranks.rank()]).unwrap();
@@ -262,7 +255,7 @@ fn columns_that_do_not_fit_are_refused_on_all_ranks() {
     }
     // Tables of two grids.
     let other = IcosahedralMesh::new(1).unwrap();
-    let locals = locals(&mesh, 3, owner);
+    let locals = locals(mesh, 3, owner);
     let found = on_nodes(&[0, 1, 0], |ranks| {
         let tables = if ranks.rank() == 2 { other.tables() } else { mesh.tables() };
         decomposition(ranks, &Grid::new(tables).unwrap(), &locals[ranks.rank()]).unwrap_err().to_string()
@@ -274,9 +267,8 @@ fn columns_that_do_not_fit_are_refused_on_all_ranks() {
 
 #[test]
 fn fields_that_do_not_fit_are_refused_on_all_ranks() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
-    let locals = locals(&mesh, 3, &partitions(mesh.cells(), 3)[1]);
+    let (mesh, grid) = icosahedral(2);
+    let locals = locals(mesh, 3, &partitions(mesh.cells(), 3)[1]);
     let (narrow, wide) = (vec![0.5f32; 4000], vec![0.5; 4000]);
     let (field, mpi) = (ErrorKind::Field, ErrorKind::Mpi);
     let at_corners = format!("\"q\": {} columns, expected 320, one per corner", locals[1].cells.len());

@@ -82,8 +82,7 @@ fn fields<'f>([q, r, heights]: [&'f Vec<f64>; 3], corners: usize) -> Fields<'f> 
 /// length of a mean vector is not the mean of lengths.
 #[test]
 fn corners_of_parts_are_read_where_they_are_own() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (mesh, grid) = icosahedral(3);
     let (cells, count) = (mesh.cells(), mesh.lon_corner_rad.len());
     let all: Vec<usize> = (0..count).collect();
     let derived = "[[derive]]\nname = \"d\"\nmagnitude = [\"q\", \"r\"]\n";
@@ -98,7 +97,7 @@ fn corners_of_parts_are_read_where_they_are_own() {
             let partitions = partitions(count, node_of.len()).into_iter().enumerate();
             for (_, owner) in partitions.filter(|(k, _)| is_long() || *k == i % 3) {
                 let drawn = on_nodes(node_of, |ranks| {
-                    let part = LocalPart::new(&mesh, ranks.rank(), &owner);
+                    let part = LocalPart::new(mesh, ranks.rank(), &owner);
                     let grid = part.tables.grid();
                     let decomposition = part.decomposition(ranks, &grid).unwrap();
                     let Decomposition::Columns(columns) = &decomposition else { panic!("not columns") };

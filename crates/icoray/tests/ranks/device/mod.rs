@@ -1,10 +1,10 @@
 //! Pictures of which a device traces some tiles: each pixel is the device's or the CPU's.
 
-use crate::common::{at_centers, columns_of, on_nodes, on_ranks, picture};
+use crate::common::{at_centers, columns_of, icosahedral, on_nodes, on_ranks, picture};
 use icoray::device::{Band, Device, DeviceCost, DeviceRequest, Devices, FallbackReason, Job, Rect, Traced};
 use icoray::{
-    Adapter, Decomposition, DeviceReport, DistributedGrid, Field, Frame, FrameReport, Grid, IcosahedralMesh, Layers,
-    Lights, Owned, PartCells, Renderer, Scene,
+    Adapter, Decomposition, DeviceReport, DistributedGrid, Field, Frame, FrameReport, Grid, Layers, Lights, Owned,
+    PartCells, Renderer, Scene,
 };
 use std::sync::{Arc, Mutex};
 
@@ -110,21 +110,17 @@ impl Device for Painter {
 }
 
 struct World {
-    mesh: IcosahedralMesh,
+    grid: Grid<'static>,
     layers: Layers,
     values: Vec<f32>,
 }
 
 impl World {
     fn new() -> Self {
-        let mesh = IcosahedralMesh::new(3).unwrap();
+        let (_, grid) = icosahedral(3);
         let layers = Layers::from_heights(&[0.0, 10e3, 20e3], 6.371e6).unwrap();
-        let values = (0..mesh.cells() * LAYERS).map(|i| (i as f32 * 0.37).sin() + (i % LAYERS) as f32);
-        World { values: values.collect(), layers, mesh }
-    }
-
-    fn grid(&self) -> Grid<'_> {
-        Grid::new(self.mesh.tables()).unwrap()
+        let values = (0..grid.cells() * LAYERS).map(|i| (i as f32 * 0.37).sin() + (i % LAYERS) as f32);
+        World { values: values.collect(), layers, grid }
     }
 
     fn field(&self) -> Field<'_> {
@@ -132,7 +128,7 @@ impl World {
     }
 
     fn draw(&self, renderer: &Renderer, scene: &Scene) -> Frame {
-        renderer.render(scene, &self.grid(), &self.layers, &self.field()).unwrap()
+        renderer.render(scene, &self.grid, &self.layers, &self.field()).unwrap()
     }
 }
 
@@ -222,7 +218,7 @@ fn light_comes_with_gradients_and_a_budget_is_measured_on_the_device() {
     assert_eq!(frame.report.quality.lights, Lights::Full);
     let frame = world.draw(&renderer, &lit("time_budget_ms = 60000"));
     let asked = painter.asked.lock().unwrap().clone();
-    let gradients = world.mesh.cells() * LAYERS;
+    let gradients = world.grid.cells() * LAYERS;
     assert!(asked.iter().all(|(.., count)| *count == gradients), "{asked:?}");
     // A job, then one of the next number that gets ready, is measured on few pixels, and drawn.
     let first = asked[0].0;
@@ -244,18 +240,18 @@ fn light_comes_with_gradients_and_a_budget_is_measured_on_the_device() {
 /// The picture, and the reports of all ranks, of which each draws with a device of its manner.
 fn over_ranks(world: &World, scene: &Scene, manners: &[Option<Manner>], in_columns: bool) -> (Frame, Vec<FrameReport>) {
     picture(on_ranks(manners.len(), |ranks| {
-        let (rank, size, grid) = (ranks.rank(), ranks.size(), world.grid());
+        let (rank, size, grid) = (ranks.rank(), ranks.size(), &world.grid);
         let renderer = renderer_with(manners[rank].map(|manner| Painter::new(manner) as _));
         if !in_columns {
-            return renderer.render_over(ranks, scene, &grid, &world.layers, &world.field()).unwrap();
+            return renderer.render_over(ranks, scene, grid, &world.layers, &world.field()).unwrap();
         }
-        let own: Vec<usize> = (0..world.mesh.cells()).filter(|cell| cell % size == rank).collect();
+        let own: Vec<usize> = (0..world.grid.cells()).filter(|cell| cell % size == rank).collect();
         let global: Vec<i64> = own.iter().map(|cell| *cell as i64).collect();
         let values = columns_of(&world.values, &own, LAYERS);
         let cells = PartCells { global: global.as_slice().into(), owned: Owned::First(own.len()) };
-        let decomposition = Decomposition::new(ranks, &grid, &cells).unwrap();
+        let decomposition = Decomposition::new(ranks, grid, &cells).unwrap();
         assert!(matches!(decomposition, Decomposition::Columns(_)), "a part");
-        let data = DistributedGrid { grid: &grid, decomposition: Some(&decomposition), layers: &world.layers };
+        let data = DistributedGrid { grid, decomposition: Some(&decomposition), layers: &world.layers };
         renderer.render_decomposed(ranks, scene, data, &at_centers(&values, LAYERS)).unwrap()
     }))
 }
@@ -368,9 +364,9 @@ fn ranks_of_a_node_ask_for_different_devices() {
     let asked = on_nodes(&[0, 1, 0, 0, 1], |ranks| {
         let shop = Arc::new(Shop::default());
         let renderer = Renderer::new(1).unwrap().with_devices(Arc::clone(&shop) as _);
-        let (grid, field) = (world.grid(), world.field());
+        let field = world.field();
         for _ in 0..2 {
-            renderer.render_over(ranks, &scene, &grid, &world.layers, &field).unwrap();
+            renderer.render_over(ranks, &scene, &world.grid, &world.layers, &field).unwrap();
         }
         let asked = shop.0.lock().unwrap();
         asked.iter().map(|wanted| wanted.node_rank).collect::<Vec<usize>>()
@@ -384,8 +380,8 @@ fn ranks_that_differ_in_who_draws_are_refused() {
     let world = World::new();
     let errors = on_ranks(2, |ranks| {
         let scene = scene(["backend = \"cpu\"", "backend = \"gpu\""][ranks.rank()]);
-        let (renderer, grid, field) = (Renderer::new(1).unwrap(), world.grid(), world.field());
-        let drawn = renderer.render_over(ranks, &scene, &grid, &world.layers, &field);
+        let (renderer, field) = (Renderer::new(1).unwrap(), world.field());
+        let drawn = renderer.render_over(ranks, &scene, &world.grid, &world.layers, &field);
         drawn.unwrap_err().to_string()
     });
     assert!(errors[0] == errors[1] && errors[0].contains("backend"), "{errors:?}");

@@ -69,8 +69,8 @@ fn fragments_of_a_device_are_sent_and_the_cpu_traces_the_rest() {
     let draw = |device: Option<Arc<dyn Device>>| -> (Frame, FrameReport) {
         let (frame, mut reports) = picture(on_ranks(2, |ranks| {
             let renderer = renderer_with(device.clone().filter(|_| ranks.rank() == 1));
-            let (grid, field) = (world.grid(), world.field());
-            renderer.render_over(ranks, &scene, &grid, &world.layers, &field).unwrap()
+            let field = world.field();
+            renderer.render_over(ranks, &scene, &world.grid, &world.layers, &field).unwrap()
         }));
         (frame, reports.remove(1))
     };

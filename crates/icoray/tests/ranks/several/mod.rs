@@ -1,7 +1,7 @@
 //! Scenes of several fields, surfaces, lines, cuts, derived fields and native heights: over ranks and in every mode of
 //! the renderer.
 
-use crate::common::{FAR, LIT, NEAR, at_centers, bits, count_beyond, difference, level_fastest};
+use crate::common::{FAR, LIT, NEAR, at_centers, bits, count_beyond, difference, icosahedral, level_fastest};
 use icoray::{
     Clip, Derivation, Field, Fields, Frame, Grid, Ground, Heights, How, IcosahedralMesh, Isosurface, Knot, Layers,
     Level, Lines, Location, LonLatBox, Paint, Pattern, Renderer, Scene, Surface, TransferFunction, Volume,
@@ -38,8 +38,8 @@ struct Model {
 impl Model {
     /// Over these cells and corners of `mesh`; f and h lie at the corners, or at the centres too.
     fn new(mesh: &IcosahedralMesh, step: usize, (cells, corners): (&[usize], &[usize]), location: Location) -> Self {
-        let centers = crate::spread::directions(&mesh.lon_center_rad, &mesh.lat_center_rad);
-        let triangles = crate::spread::directions(&mesh.lon_corner_rad, &mesh.lat_corner_rad);
+        let centers = crate::culled::directions(&mesh.lon_center_rad, &mesh.lat_center_rad);
+        let triangles = crate::culled::directions(&mesh.lon_corner_rad, &mesh.lat_corner_rad);
         let phase = 0.4 * step as f64;
         let wave = |p: glam::DVec3, layer: usize, tilt: f64| {
             (4.0 * p.x + phase).sin() * (3.0 * p.y - tilt).cos() + p.z * tilt - 0.25 * layer as f64
@@ -64,7 +64,6 @@ impl Model {
         }
     }
 
-    /// Over all of the mesh.
     fn whole(mesh: &IcosahedralMesh, step: usize, location: Location) -> Self {
         let all = |count: usize| -> Vec<usize> { (0..count).collect() };
         let (cells, corners) = (all(mesh.cells()), all(mesh.lon_corner_rad.len()));
@@ -193,9 +192,4 @@ fn draw(renderer: &Renderer, grid: &Grid, scene: &Scene, steps: &[Model; 2]) -> 
     let frames = [0, 1].map(|step| renderer.render(scene, grid, &layers(), steps[step].fields()).unwrap());
     let [_, second] = frames;
     second
-}
-
-/// Pixels that differ by more than their errors allow and `slack`, and the largest difference.
-fn beyond(a: &Frame, b: &Frame, slack: f32) -> (usize, f32) {
-    (count_beyond(a, b, slack), difference(a, b))
 }

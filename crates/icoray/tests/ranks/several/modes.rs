@@ -6,19 +6,18 @@ use icoray::{Certainty, Lights, Method, Precision, Savings};
 use std::sync::Arc;
 
 struct World {
-    mesh: IcosahedralMesh,
+    grid: Grid<'static>,
     steps: [Model; 2],
 }
 
 impl World {
     fn new() -> Self {
-        let mesh = IcosahedralMesh::new(3).unwrap();
-        let steps = [0, 1].map(|step| Model::whole(&mesh, step, Location::Corner));
-        World { mesh, steps }
+        let (mesh, grid) = icosahedral(3);
+        World { grid, steps: [0, 1].map(|step| Model::whole(mesh, step, Location::Corner)) }
     }
 
     fn draw(&self, renderer: Renderer, scene: &Scene) -> Frame {
-        draw(&renderer, &Grid::new(self.mesh.tables()).unwrap(), scene, &self.steps)
+        draw(&renderer, &self.grid, scene, &self.steps)
     }
 }
 
@@ -67,7 +66,7 @@ fn a_time_budget_is_kept_and_one_that_is_large_changes_nothing() {
     let quality = hurried.report.quality;
     assert!(quality.lights == Lights::Off && quality.pixel_step == 32 && quality.tolerance >= 1e-2);
     // As far as gradients go: none were made for it. Of each cell there is a byte that says whether they are computed.
-    let cells = world.mesh.cells();
+    let cells = world.grid.cells();
     assert_eq!(hurried.report.bytes_derived, asked.report.bytes_derived - 3 * cells * (LAYERS * 12 + 1));
     let off = hurried.pixels.iter().zip(&asked.pixels).map(|(a, b)| (a[3] - b[3]).abs());
     assert!(off.fold(0.0, f32::max) < 0.5, "opaque where the globe is, clear where it is not");
@@ -99,8 +98,8 @@ fn savings_change_nothing_beyond_errors() {
         let all = world.draw(renderer(), &scene);
         let none = Savings { ends: true, ..Savings::NONE };
         assert!(bits(&world.draw(renderer().with_savings(none), &scene)) == bits(&all), "{name}");
-        let (wrong, most) = beyond(&world.draw(renderer().with_savings(Savings::NONE), &scene), &all, 0.0);
-        assert_eq!(wrong, 0, "{name}: {most:e} at most");
+        let none = world.draw(renderer().with_savings(Savings::NONE), &scene);
+        assert_eq!(count_beyond(&none, &all, 0.0), 0, "{name}: {:e} at most", difference(&none, &all));
     }
 }
 
@@ -108,18 +107,19 @@ fn savings_change_nothing_beyond_errors() {
 #[test]
 fn cached_fields_change_no_bit() {
     let world = World::new();
-    let grid = Grid::new(world.mesh.tables()).unwrap();
     let renderer = renderer();
     let all = scenes();
     let fresh: Vec<Frame> = all
         .iter()
-        .map(|(_, scene)| Renderer::new(1).unwrap().render(scene, &grid, &layers(), world.steps[1].fields()).unwrap())
+        .map(|(_, scene)| {
+            Renderer::new(1).unwrap().render(scene, &world.grid, &layers(), world.steps[1].fields()).unwrap()
+        })
         .collect();
     // One borrow of each field for all frames.
     let fields = world.steps[1].fields();
     for _ in 0..2 {
         for ((name, scene), expected) in all.iter().zip(&fresh) {
-            let frame = renderer.render(scene, &grid, &layers(), fields.clone()).unwrap();
+            let frame = renderer.render(scene, &world.grid, &layers(), fields.clone()).unwrap();
             assert!(bits(&frame) == bits(expected), "{name}");
             assert_eq!(frame.report.bytes_derived, expected.report.bytes_derived, "{name}");
         }
@@ -131,32 +131,31 @@ fn cached_fields_change_no_bit() {
 #[test]
 fn derived_bytes_are_counted() {
     let world = World::new();
-    let values = world.mesh.cells() * LAYERS;
-    let interfaces = world.mesh.cells() * INTERFACES;
+    let values = world.grid.cells() * LAYERS;
+    let interfaces = world.grid.cells() * INTERFACES;
     // f and h are averaged, g and h moved.
     let made = 4 * values + 4 * interfaces + 8 * values + 4 * values;
     let unlit = world.draw(renderer(), &scene(FAR, "", ""));
     let blocks = unlit.report.bytes_derived - made;
-    assert!((4..32).contains(&(blocks / world.mesh.cells())), "{blocks}");
+    assert!((4..32).contains(&(blocks / world.grid.cells())), "{blocks}");
     let lit = world.draw(renderer(), &scene(FAR, "", LIT));
-    assert_eq!(lit.report.bytes_derived, made + blocks + 3 * (12 * values + world.mesh.cells()));
+    assert_eq!(lit.report.bytes_derived, made + blocks + 3 * (12 * values + world.grid.cells()));
 }
 
 /// A scene of one field looks at no other, nor at heights: those that would be refused change nothing.
 #[test]
 fn a_plain_scene_looks_at_one_field_alone() {
     let world = World::new();
-    let grid = Grid::new(world.mesh.tables()).unwrap();
     let mut scene = scene(FAR, "", LIT);
     scene.volumes.truncate(1);
     scene.scenery = icoray::Scenery::default();
     let fields = world.steps[0].fields();
     let f = *fields.get("f").unwrap();
     let wrong = at_centers(&[f64::NAN; 3], 3);
-    let alone = renderer().render(&scene, &grid, &layers(), &f).unwrap();
+    let alone = renderer().render(&scene, &world.grid, &layers(), &f).unwrap();
     let draw = |scene: &Scene| {
         let all = Fields::new([("f", f), ("g", wrong), ("h", wrong)]).with_heights(wrong);
-        renderer().render(scene, &grid, &layers(), all)
+        renderer().render(scene, &world.grid, &layers(), all)
     };
     let among = draw(&scene).unwrap();
     assert!(bits(&among) == bits(&alone));

@@ -40,24 +40,23 @@ fn of_nodes(
 /// Checks that so few pixels are beyond their errors, and so little, that it may be lines which reach over a node's
 /// border by a part of their width.
 fn assert_near(frame: &Frame, expected: &Frame, trying: &str) {
-    let (wrong, most) = beyond(frame, expected, 1e-6);
+    let (wrong, most) = (count_beyond(frame, expected, 1e-6), difference(frame, expected));
     println!("{trying}: {wrong} beyond, {most:e} at most");
     assert!(wrong <= 4 && most < 0.05, "{trying}: {wrong}, {most:e}");
 }
 
 #[test]
 fn parts_of_one_node_are_bitwise_one_process() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (mesh, grid) = icosahedral(3);
     for location in [Location::Center, Location::Corner] {
-        let steps = [0, 1].map(|step| Model::whole(&mesh, step, location));
+        let steps = [0, 1].map(|step| Model::whole(mesh, step, location));
         for (i, (name, scene)) in scenes().into_iter().enumerate() {
             let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
             let ranks = 2 + i % 3;
-            for (partition, owner) in some(partitions(&mesh, ranks), i) {
-                let spread = Spread::new(&mesh, ranks, &owner);
+            for (partition, owner) in some(partitions(mesh, ranks), i) {
+                let spread = Spread::new(mesh, ranks, &owner);
                 let node_of = vec![0; ranks];
-                let (frame, reports) = of_nodes(&spread, (&mesh, &owner), &scene, location, &node_of);
+                let (frame, reports) = of_nodes(&spread, (mesh, &owner), &scene, location, &node_of);
                 let trying = format!("{name}, {location:?}, {partition} on {ranks}");
                 assert!(bits(&frame) == bits(&expected), "{trying}");
                 assert_eq!(frame.report.missing_values, expected.report.missing_values, "{trying}");
@@ -123,11 +122,10 @@ fn holes_of_the_whole_are_those_of_its_parts() {
 
 #[test]
 fn parts_of_several_nodes_are_within_errors_of_one_process() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (mesh, grid) = icosahedral(3);
     let nodes: [&[usize]; 5] = [&[0, 1], &[0, 1, 0], &[0, 1, 2], &[0, 1, 1, 0], &[2, 0, 2, 1, 2]];
     for location in [Location::Center, Location::Corner] {
-        let steps = [0, 1].map(|step| Model::whole(&mesh, step, location));
+        let steps = [0, 1].map(|step| Model::whole(mesh, step, location));
         for (i, (name, scene)) in scenes().into_iter().enumerate() {
             // Lines that reach over a border would be smoothed on one side of it.
             let exact = Scene { antialias: false, ..scene };
@@ -136,9 +134,9 @@ fn parts_of_several_nodes_are_within_errors_of_one_process() {
             let expected = scenes.map(|scene| draw(&Renderer::new(2).unwrap(), &grid, scene, &steps));
             for (k, node_of) in nodes.into_iter().enumerate().filter(|(k, _)| is_long() || (i + k) % 2 == 0) {
                 let (scene, expected) = (scenes[k / 2 % 2], &expected[k / 2 % 2]);
-                let (partition, owner) = partitions(&mesh, node_of.len()).swap_remove((i + k) % 4);
-                let spread = Spread::new(&mesh, node_of.len(), &owner);
-                let (frame, _) = of_nodes(&spread, (&mesh, &owner), scene, location, node_of);
+                let (partition, owner) = partitions(mesh, node_of.len()).swap_remove((i + k) % 4);
+                let spread = Spread::new(mesh, node_of.len(), &owner);
+                let (frame, _) = of_nodes(&spread, (mesh, &owner), scene, location, node_of);
                 let trying = format!("{name}, {location:?}, {partition} on {node_of:?}");
                 assert_near(&frame, expected, &trying);
                 assert_eq!(frame.report.missing_values, expected.report.missing_values, "{trying}");
@@ -182,24 +180,23 @@ fn assert_same_probe(found: &Option<Probe>, expected: &Option<Probe>, trying: &s
 
 #[test]
 fn probes_over_nodes_are_those_of_one_process() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (mesh, grid) = icosahedral(3);
     let places: Vec<[f64; 2]> = (0..20).map(|k| [0.05 + 0.05 * f64::from(k % 19), 0.1 + 0.04 * f64::from(k)]).collect();
     let nodes: [&[usize]; 3] = [&[0, 0], &[0, 1, 0], &[0, 1, 2, 1]];
     let (mut hits, mut columns) = (0, 0);
     for location in [Location::Center, Location::Corner] {
-        let model = Model::whole(&mesh, 1, location);
+        let model = Model::whole(mesh, 1, location);
         for (i, (name, scene)) in scenes().into_iter().enumerate().filter(|(_, (name, _))| !name.contains("derived")) {
             let renderer = Renderer::new(1).unwrap();
             let probe = |at| renderer.probe(&scene, &grid, &layers(), model.fields(), at).unwrap();
             let expected: Vec<Option<Probe>> = places.iter().map(|at| probe(*at)).collect();
             for (k, node_of) in nodes.into_iter().enumerate() {
-                let (partition, owner) = partitions(&mesh, node_of.len()).swap_remove((i + k) % 4);
-                let spread = Spread::new(&mesh, node_of.len(), &owner);
+                let (partition, owner) = partitions(mesh, node_of.len()).swap_remove((i + k) % 4);
+                let spread = Spread::new(mesh, node_of.len(), &owner);
                 let found = spread.on_nodes(node_of, |ranks, culled, grid, decomposition| {
                     let (rows, decomposition) = ((&culled.cells[..], &culled.corners[..]), decomposition.unwrap());
-                    let mut model = Model::new(&mesh, 1, rows, location);
-                    model.spoil(&mesh, rows, location, |cell| owner[cell], ranks.rank());
+                    let mut model = Model::new(mesh, 1, rows, location);
+                    model.spoil(mesh, rows, location, |cell| owner[cell], ranks.rank());
                     let renderer = Renderer::new(1).unwrap();
                     let layers = layers();
                     let data = DistributedGrid { grid, decomposition: Some(&decomposition), layers: &layers };
@@ -256,9 +253,8 @@ fn probes_find_the_core_below_holes_over_nodes() {
 /// Rays that cross several nodes end where each of these says, and those of the whole grid where all of it says.
 #[test]
 fn pictures_of_several_nodes_differ_by_less_than_the_tolerance() {
-    let mesh = IcosahedralMesh::new(4).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
-    let steps = [0, 1].map(|step| Model::whole(&mesh, step, Location::Center));
+    let (mesh, grid) = icosahedral(4);
+    let steps = [0, 1].map(|step| Model::whole(mesh, step, Location::Center));
     for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
         let mut scene = scene(NEAR, &format!("tolerance = {tolerance}"), "");
         scene.volumes.truncate(1);
@@ -267,10 +263,10 @@ fn pictures_of_several_nodes_differ_by_less_than_the_tolerance() {
             knot.extinction *= 10.0;
         }
         let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
-        for (partition, owner) in partitions(&mesh, 4) {
-            let spread = Spread::new(&mesh, 4, &owner);
-            let (frame, _) = of_nodes(&spread, (&mesh, &owner), &scene, Location::Center, &[0, 1, 2, 3]);
-            let (_, most) = beyond(&frame, &expected, 0.0);
+        for (partition, owner) in partitions(mesh, 4) {
+            let spread = Spread::new(mesh, 4, &owner);
+            let (frame, _) = of_nodes(&spread, (mesh, &owner), &scene, Location::Center, &[0, 1, 2, 3]);
+            let most = difference(&frame, &expected);
             println!("tolerance {tolerance:e}, {partition}: {most:.1e}");
             assert!(f64::from(most) <= tolerance + 1e-6, "tolerance {tolerance:e}, {partition}: {most:e}");
         }

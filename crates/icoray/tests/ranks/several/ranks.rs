@@ -14,14 +14,12 @@ pub(super) fn second(mut render: impl FnMut(usize) -> Result<Rendered, Error>) -
 
 #[test]
 fn tiles_are_bitwise_those_of_one_process() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let steps = [0, 1].map(|step| Model::whole(&mesh, step, Location::Corner));
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (mesh, grid) = icosahedral(3);
+    let steps = [0, 1].map(|step| Model::whole(mesh, step, Location::Corner));
     for (name, scene) in scenes() {
         let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
         for count in [1, 2, 3] {
             let drawn = on_ranks(count, |ranks| {
-                let grid = Grid::new(mesh.tables()).unwrap();
                 let renderer = Renderer::new(1).unwrap();
                 second(|step| renderer.render_over(ranks, &scene, &grid, &layers(), steps[step].fields()))
             });
@@ -34,14 +32,12 @@ fn tiles_are_bitwise_those_of_one_process() {
 
 #[test]
 fn columns_are_bitwise_those_of_one_process() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let steps = [0, 1].map(|step| Model::whole(&mesh, step, Location::Center));
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (mesh, grid) = icosahedral(3);
+    let steps = [0, 1].map(|step| Model::whole(mesh, step, Location::Center));
     for (name, scene) in scenes() {
         let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
         for count in [2, 3] {
             let drawn = on_ranks(count, |ranks| {
-                let grid = Grid::new(mesh.tables()).unwrap();
                 let mine: Vec<usize> =
                     (0..mesh.cells()).filter(|cell| Random::at(*cell).below(count) == ranks.rank()).collect();
                 let global: Vec<i64> = mine.iter().map(|cell| *cell as i64).collect();
@@ -49,7 +45,7 @@ fn columns_are_bitwise_those_of_one_process() {
                 let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };
                 let decomposition = Decomposition::new(ranks, &grid, &cells).unwrap();
                 assert!(matches!(decomposition, Decomposition::Columns(_)));
-                let own = [0, 1].map(|step| Model::new(&mesh, step, (&mine, &[]), Location::Center));
+                let own = [0, 1].map(|step| Model::new(mesh, step, (&mine, &[]), Location::Center));
                 let renderer = Renderer::new(1).unwrap();
                 let data = DistributedGrid { grid: &grid, decomposition: Some(&decomposition), layers: &layers() };
                 second(|step| renderer.render_decomposed(ranks, &scene, data, own[step].fields()))
@@ -63,8 +59,8 @@ fn columns_are_bitwise_those_of_one_process() {
 /// and on all layers but one.
 #[test]
 fn surfaces_of_a_value_that_stays_are_met_once() {
-    let mesh = IcosahedralMesh::new(4).unwrap();
-    let at = crate::spread::directions(&mesh.lon_center_rad, &mesh.lat_center_rad);
+    let (mesh, grid) = icosahedral(4);
+    let at = crate::culled::directions(&mesh.lon_center_rad, &mesh.lat_center_rad);
     // No binary fraction: weights that add up to 1 bring it back but for rounding.
     let level = 0.7;
     for rises in [true, false] {
@@ -90,7 +86,6 @@ fn surfaces_of_a_value_that_stays_are_met_once() {
             cells.iter().flat_map(|cell| (0..INTERFACES).map(|layer| value(*cell, layer))).collect()
         };
         let all: Vec<usize> = (0..mesh.cells()).collect();
-        let grid = Grid::new(mesh.tables()).unwrap();
         let render = |scene: &Scene| {
             let values = values(&all);
             let field = at_centers(&values, INTERFACES);
@@ -106,8 +101,8 @@ fn surfaces_of_a_value_that_stays_are_met_once() {
         let differ =
             |a: &Frame, b: &Frame| a.pixels.iter().zip(&b.pixels).filter(|(a, b)| (a[0] - b[0]).abs() > 1e-3).count();
         assert_eq!(differ(&whole, &sure), 0, "rises: {rises}, of {}", shown(&sure));
-        for (partition, owner) in &partitions(&mesh, 3)[1..3] {
-            let (frame, _) = picture(Spread::new(&mesh, 3, owner).each(|ranks, culled, grid, decomposition| {
+        for (partition, owner) in &partitions(mesh, 3)[1..3] {
+            let (frame, _) = picture(Spread::new(mesh, 3, owner).each(|ranks, culled, grid, decomposition| {
                 let (renderer, values) = (Renderer::new(1).unwrap(), values(&culled.cells));
                 let data = DistributedGrid { grid, decomposition: Some(&decomposition.unwrap()), layers: &layers() };
                 renderer.render_decomposed(ranks, &scene, data, &at_centers(&values, INTERFACES)).unwrap()
@@ -197,7 +192,7 @@ fn bad_data_on_one_rank_are_the_error_of_all() {
 /// Ranks that draw tiles have the same values of all fields, and the same heights.
 #[test]
 fn other_values_beside_the_first_field_are_noticed() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
+    let (mesh, grid) = icosahedral(2);
     let mut scene = scene(FAR, "", "");
     scene.scenery.heights = Heights::Native;
     type Change = fn(&mut Model);
@@ -210,11 +205,10 @@ fn other_values_beside_the_first_field_are_noticed() {
     ];
     for (change, words) in cases {
         let refusals = on_ranks(2, |ranks| {
-            let mut model = Model::whole(&mesh, 0, Location::Corner);
+            let mut model = Model::whole(mesh, 0, Location::Corner);
             if ranks.rank() == 1 {
                 change(&mut model);
             }
-            let grid = Grid::new(mesh.tables()).unwrap();
             let renderer = Renderer::new(1).unwrap();
             refusal(renderer.render_over(ranks, &scene, &grid, &layers(), model.fields()))
         });

@@ -13,7 +13,6 @@ use icoray_test_support::Random;
 pub enum Mark {
     /// The number before the first: 0 in tables that count from 1.
     BeforeFirst,
-    /// -1.
     MinusOne,
     /// The number behind the last.
     BehindLast,
@@ -125,14 +124,15 @@ pub fn towards(lon_deg: f64, lat_deg: f64) -> DVec3 {
     DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat)
 }
 
+pub fn directions(lon_rad: &[f64], lat_rad: &[f64]) -> Vec<DVec3> {
+    lon_rad.iter().zip(lat_rad).map(|(lon, lat)| towards(lon.to_degrees(), lat.to_degrees())).collect()
+}
+
 /// A name and which cells stay.
 pub type Hole = (&'static str, Vec<bool>);
 
-/// Holes of all kinds in a mesh.
 pub fn holes(mesh: &IcosahedralMesh) -> Vec<Hole> {
-    let at: Vec<DVec3> = (mesh.lon_center_rad.iter().zip(&mesh.lat_center_rad))
-        .map(|(lon, lat)| towards(lon.to_degrees(), lat.to_degrees()))
-        .collect();
+    let at = directions(&mesh.lon_center_rad, &mesh.lat_center_rad);
     let by = |stays: &dyn Fn(usize, DVec3) -> bool| -> Vec<bool> {
         at.iter().enumerate().map(|(cell, p)| stays(cell, *p)).collect()
     };

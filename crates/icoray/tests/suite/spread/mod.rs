@@ -5,7 +5,7 @@
 #![allow(dead_code, reason = "each test takes what it needs of this")]
 
 use super::common::on_nodes;
-use super::culled::{Culled, Mark, Style, towards};
+use super::culled::{Culled, Mark, Style, directions};
 use glam::DVec3;
 use icoray::{Decomposition, Grid, IcosahedralMesh, Owned, PartCells, Ranks};
 use icoray_test_support::Random;
@@ -83,10 +83,6 @@ impl Spread {
 pub fn without_holes(mut owner: Vec<usize>, stays: &[bool]) -> Vec<usize> {
     owner.iter_mut().zip(stays).filter(|(_, stays)| !**stays).for_each(|(owner, _)| *owner = NO_OWNER);
     owner
-}
-
-pub fn directions(lon_rad: &[f64], lat_rad: &[f64]) -> Vec<DVec3> {
-    lon_rad.iter().zip(lat_rad).map(|(lon, lat)| towards(lon.to_degrees(), lat.to_degrees())).collect()
 }
 
 /// Partitions with their names: who owns each cell.
