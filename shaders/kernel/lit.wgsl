@@ -137,6 +137,12 @@ fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32, ray_light: Radia
     return light;
 }
 
+// Standard deviation of the shade of a piece, which absorbs `absorbed` of the light and is a fraction of one between
+// knots: all its parts share the rounding of the gradients at the vertices.
+fn shared_deviation(deviation: f32, fraction: f32, absorbed: f32) -> f32 {
+    return deviation / sqrt(max(fraction, absorbed));
+}
+
 // The light of a part of this level, if it is not cut.
 fn lit_part(lit: Lit, part: Segment, range: vec2f, level: u32, is_last: bool, before: Radiance) -> Outcome {
     var mean = mean_shade(
@@ -149,7 +155,7 @@ fn lit_part(lit: Lit, part: Segment, range: vec2f, level: u32, is_last: bool, be
     if !(is_last || is_affordable(before, min(depth, 1.0), off, lit.budget.color_tolerance)) {
         return Outcome(radiance_none(), false);
     }
-    // The parts share the rounding of the gradients at the vertices.
-    mean.deviation *= exp2(0.5 * f32(level));
-    return Outcome(shaded(lit.shading, part, lit.span, mean, integrate(part, lit.span, lit.budget)), true);
+    let light = integrate(part, lit.span, lit.budget);
+    mean.deviation = shared_deviation(mean.deviation, exp2(-f32(level)), light.alpha);
+    return Outcome(shaded(lit.shading, part, lit.span, mean, light), true);
 }

@@ -134,8 +134,7 @@ fn volumes_blend(shading: RayShading, range: vec2f, fraction: f32) -> Blend {
 #volume         volume_add_lit(VOLUMEu, &sums, shading, through, unseen, range);
     }
     var shade = sums.shade_off / max(sums.absorbed, LEAST);
-    // The parts of a piece share the rounding of the gradients at the vertices.
-    shade.z /= sqrt(fraction);
+    shade.z = shared_deviation(shade.z, fraction, absorbed_by(sums.depth));
     return blend_of(sums.mixture, sums.depth, through, sums.rounds, shade);
 }
 

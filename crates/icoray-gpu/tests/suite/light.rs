@@ -344,7 +344,7 @@ fn pieces_under_light() {
         }
         let constant = [("IS_EXACT", f64::from(u8::from(method == Method::Exact)))];
         let got = device.run_beside(&text, body, &inputs, [35, 6], &constant, Default::default());
-        let (mut worst, mut others) = (0.0f64, 0);
+        let mut others = 0;
         for (case, got) in cases.iter().zip(got.chunks_exact(6)) {
             let (shading, piece, span, interpolant, allowance, range, is_coarse) = case;
             let [color_tolerance, min_transmittance, transmittance, reach] = *allowance;
@@ -354,20 +354,14 @@ fn pieces_under_light() {
             let cuts = if *is_coarse { 0 } else { Lit::<f32, 4>::MAX_CUTS };
             let expected = numbers_of(lit.light(&segment(*piece), *range, cuts, &Radiance::none()));
             let what = format!("{name} {case:?}: {got:?}, expected {expected:?}");
-            let is_same = (got[4] - expected[4]).abs() <= 1e-3 * expected[4] + 1e-8;
-            for k in 0..4 {
-                let off = (got[k] - expected[k]).abs();
-                // A large error can be the largest possible one, and hides on which side of a kink a shade is.
-                if is_same && expected[4] < 1e-3 {
-                    worst = worst.max(f64::from(off));
-                } else {
-                    assert!(off <= got[4] + expected[4] + 1e-6 * expected[3], "{what}");
-                }
-            }
+            let [of_got, of_expected] = [got, &expected[..]].map(|light| light[4] + 5.0 * light[5].sqrt());
+            let off = (0..4).map(|k| (got[k] - expected[k]).abs()).fold(0.0, f32::max);
+            // Rounding decides about a few cuts, and on which side of a kink a shade is.
+            let is_same = off <= 1e-6;
+            assert!(is_same || off <= of_got + of_expected, "{what}");
             others += usize::from(!is_same);
         }
-        println!("{name}: {worst:e}, {others} of {} cut elsewhere", cases.len());
-        assert!(worst <= 1e-6, "{name}: {worst:e}");
-        assert!(others <= cases.len() / 50, "{name}: {others}");
+        println!("{name}: {others} of {} cut elsewhere", cases.len());
+        assert!(others <= cases.len() / 200, "{name}: {others}");
     }
 }

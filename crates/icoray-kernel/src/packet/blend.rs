@@ -6,7 +6,7 @@
 
 use super::integral::{Light, absorbed_by, bend_factor};
 use super::lanes::Lanes;
-use super::light::{Change, GradientCourse, Lit, Shade};
+use super::light::{Change, GradientCourse, Lit, Shade, shared_variance};
 use super::medium::Medium;
 use super::part::{Part, all};
 use super::turn::Spread;
@@ -82,8 +82,8 @@ impl<V: Machine> VolumeNodes<V> {
     }
 
     /// Lights the colours with the mean shade of the volume. `through` is the transmittance at the places, `unseen` the
-    /// relative error of the absorption of all volumes there. Returns the light that the volume absorbs, and the
-    /// shade's error, that by rounding, and the variance by rounding of the gradients.
+    /// relative error of the absorption of all volumes there. Returns the light that the volume absorbs, the
+    /// shade's error, that by rounding, and the standard deviation by rounding of the gradients.
     #[inline(always)]
     fn shade(
         &mut self,
@@ -98,7 +98,7 @@ impl<V: Machine> VolumeNodes<V> {
         let bent = (a - m - m + b).abs() / share;
         let error_bound = unseen.mul_add(0.5, bent * 0.2).min(0.5);
         let spread = Spread { centre: (b - a) / (share * 12.0), error_bound, extent: all(simd, 1.0) };
-        let Shade { body, tilt, highlight, off, rounding, variance } =
+        let Shade { body, tilt, highlight, off, rounding, deviation } =
             lit.shade_of(simd, shading, (course, range, lit.eps), spread, &self.change);
         for k in 0..3 {
             let added = (self.color[2][k] - self.color[0][k]).mul_add(tilt, highlight);
@@ -109,7 +109,7 @@ impl<V: Machine> VolumeNodes<V> {
                 self.tint[end][k] *= body;
             }
         }
-        (share, [off, rounding, variance])
+        (share, [off, rounding, deviation])
     }
 }
 
@@ -207,14 +207,15 @@ impl<V: Machine> Blend<V> {
         let MeanColor { color, off, spread } = mixture.mean(simd, through, [depth, absorbed]);
         // Errors of extinctions change the mixture of colours.
         let rounded = spread.mul_add((thickened / depth.max(f32::MIN_POSITIVE)).min(one), rounded);
-        let [shade_off, shade_rounding, variance] = of_shades;
+        let [shade_off, shade_rounding, shade_deviation] = of_shades;
         // In dense pieces the centre of the light is less certain.
         let shade_off = shade_off * depth.simd_le(THIN as f32).select(one, all(simd, 3.0));
         // Under light, the errors of pieces are estimates that are added as independent ones.
         let (shared, own) = if lighting.is_some() { (shade_rounding, off + shade_off) } else { (off, zero) };
         let off_by = thickened.mul_add(through[1], absorbed * (rounded + 0.5 * f32::EPSILON)).min(one);
         let deviation = own * (1.0 / DEVIATIONS as f32);
-        let independent = deviation.mul_add(deviation, variance);
+        let turned = |(lit, ..): Lighting<'_, V>| shared_variance::<V>(shade_deviation, lit.fraction, absorbed);
+        let independent = deviation.mul_add(deviation, lighting.map_or(zero, turned));
         let light = Light {
             color: color.map_inline(|c| c * absorbed),
             alpha: absorbed,

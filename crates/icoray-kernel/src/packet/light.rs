@@ -277,8 +277,8 @@ pub(super) struct Shade<V: Machine> {
     pub highlight: Floats<V>,
     pub off: Floats<V>,
     pub rounding: Floats<V>,
-    /// Variance of the shade by rounding of the gradients.
-    pub variance: Floats<V>,
+    /// Standard deviation of the shade by rounding of the gradients.
+    pub deviation: Floats<V>,
 }
 
 impl<V: Machine> Lit<V> {
@@ -310,10 +310,8 @@ impl<V: Machine> Lit<V> {
         let [rounded, turned] = common.deviations;
         let turned = (course.size / turn.size).max(1.0) * turned;
         let deviation = (turned + rounded).min(common.diffuse + common.specular);
-        // The parts of a piece that is cut share the rounding of the gradients at the vertices.
-        let variance = deviation * deviation / self.fraction;
         let off = turn.is_wild.select(most, dim + faint);
-        Shade { body, tilt, highlight, off, rounding: error * (0.5 * f32::EPSILON), variance }
+        Shade { body, tilt, highlight, off, rounding: error * (0.5 * f32::EPSILON), deviation }
     }
 
     /// Factor for the colour, factor for the colour's change, and the error of both.
@@ -392,10 +390,17 @@ impl<V: Machine> Lit<V> {
     }
 }
 
+/// Variance of the shade of a piece, which absorbs `absorbed` of the light and is a fraction of one between knots: all
+/// its parts share the rounding of the gradients at the vertices.
+#[inline(always)]
+pub(super) fn shared_variance<V: Machine>(deviation: Floats<V>, fraction: Floats<V>, absorbed: Floats<V>) -> Floats<V> {
+    deviation * deviation / fraction.max(absorbed)
+}
+
 impl<V: Machine> Shade<V> {
-    /// `light` of a piece with this shade, as [`RayShading::apply`].
+    /// `light` of a piece with this shade, as [`RayShading::apply`]; the piece is this fraction of one between knots.
     #[inline(always)]
-    pub fn apply(&self, simd: V, piece: &Piece<'_, V>, light: &mut Light<V>) {
+    pub fn apply(&self, simd: V, piece: &Piece<'_, V>, fraction: Floats<V>, light: &mut Light<V>) {
         let rise = (piece.part.f1 - piece.part.f0) * self.tilt;
         for k in 0..3 {
             let added = rise.mul_add(piece.medium.color_slope[k], self.highlight);
@@ -404,7 +409,7 @@ impl<V: Machine> Shade<V> {
         light.error = light.error.mul_add(self.body, light.alpha * self.rounding);
         let off = self.off * (1.0 / DEVIATIONS as f32);
         let scale = self.body.max(all(simd, 1.0));
-        let own = off.mul_add(off, self.variance);
+        let own = off.mul_add(off, shared_variance::<V>(self.deviation, fraction, light.alpha));
         light.variance = (light.variance * scale).mul_add(scale, light.alpha * light.alpha * own);
     }
 
