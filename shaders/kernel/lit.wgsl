@@ -55,9 +55,9 @@ fn shaded(shading: RayShading, piece: Segment, span: Span, mean: MeanShade, ligh
 // `off` are the errors of the piece per absorbed light that add up along a ray, and those that are independent.
 fn is_affordable(before: Radiance, absorbed: f32, off: vec2f, color_tolerance: f32) -> bool {
     let share = absorbed * (1.0 - before.alpha);
-    let allowed = color_tolerance * (before.alpha + ADVANCE) - before.error - share * off.x;
-    let own = share * off.y;
-    let spread = own * own + DEVIATIONS * DEVIATIONS * before.variance;
+    let allowed = color_tolerance * (before.alpha + share + ADVANCE) - before.error - share * off.x;
+    let own = share * off.y * INDEPENDENT;
+    let spread = LIT_DEVIATIONS * LIT_DEVIATIONS * (before.variance + own * own);
     return off.x + off.y <= color_tolerance || (allowed >= 0.0 && spread <= allowed * allowed);
 }
 
@@ -137,12 +137,6 @@ fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32, ray_light: Radia
     return light;
 }
 
-// Standard deviation of the shade of a piece, which absorbs `absorbed` of the light and is a fraction of one between
-// knots: all its parts share the rounding of the gradients at the vertices.
-fn shared_deviation(deviation: f32, fraction: f32, absorbed: f32) -> f32 {
-    return deviation / sqrt(max(fraction, absorbed));
-}
-
 // The light of a part of this level, if it is not cut.
 fn lit_part(lit: Lit, part: Segment, range: vec2f, level: u32, is_last: bool, before: Radiance) -> Outcome {
     var mean = mean_shade(
@@ -156,6 +150,7 @@ fn lit_part(lit: Lit, part: Segment, range: vec2f, level: u32, is_last: bool, be
         return Outcome(radiance_none(), false);
     }
     let light = integrate(part, lit.span, lit.budget);
-    mean.deviation = shared_deviation(mean.deviation, exp2(-f32(level)), light.alpha);
+    // All parts of a piece, dense ones by their light, share the rounding of the gradients at the vertices.
+    mean.deviation /= sqrt(max(exp2(-f32(level)), 0.5 * light.alpha));
     return Outcome(shaded(lit.shading, part, lit.span, mean, light), true);
 }

@@ -151,7 +151,7 @@ fn ray_shading_deviation(s: RayShading, mixed_of: f32, size: f32) -> f32 {
 }
 
 fn ray_shading_apply(s: RayShading, light: Radiance, mean: MeanShade, change: vec3f) -> Radiance {
-    let off = mean.off / DEVIATIONS;
+    let off = mean.off * INDEPENDENT;
     let body = mean.shade.body;
     let scale = max(body, 1.0);
     return Radiance(

@@ -2,7 +2,7 @@
 //! the ray's remaining budget.
 
 use super::column::Values;
-use super::light::DEVIATIONS;
+use super::light::{INDEPENDENT, LIT_DEVIATIONS};
 use super::piece::{ErrorBudget, Radiance, integrate};
 use super::segment::Segment;
 use super::shade::{ColorChange, MeanShade, RayShading};
@@ -110,14 +110,14 @@ pub fn shaded<T: Real>(
 /// Whether a piece that absorbs at most `absorbed` of the light that reaches it need not be cut. `off` are its errors
 /// per absorbed light: those that add up along a ray, and those that are independent. Either they are within
 /// `color_tolerance`, or the errors of the ray, which has the light `before` it, stay with them within that tolerance of
-/// this light and the [advance](ADVANCE), for any order of its hard pieces.
+/// the light with the piece and the [advance](ADVANCE), for any order of its hard pieces.
 #[inline(always)]
 pub fn is_affordable<T: Real>(before: &Radiance<T>, absorbed: T, off: [T; 2], color_tolerance: T) -> bool {
     let share = absorbed * before.transmittance();
     let [shared, own] = off;
-    let allowed = color_tolerance * (before.alpha + T::of(ADVANCE)) - before.error - share * shared;
-    let own_share = share * own;
-    let spread = own_share * own_share + T::of(DEVIATIONS * DEVIATIONS) * before.variance;
+    let allowed = color_tolerance * (before.alpha + share + T::of(ADVANCE)) - before.error - share * shared;
+    let own_share = share * own * T::of(INDEPENDENT);
+    let spread = T::of(LIT_DEVIATIONS * LIT_DEVIATIONS) * (before.variance + own_share * own_share);
     shared + own <= color_tolerance || (allowed >= T::zero() && spread <= allowed * allowed)
 }
 

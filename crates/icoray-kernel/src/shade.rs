@@ -15,7 +15,7 @@
 //! polynomial times `e^-y` is no more than `(1.3 - y/12)⁴` of its largest value, and less than 1/1700 of that beyond y
 //! = 14. Powers below 2 have a kink where n is across h, like the body; powers below 6 are not small there.
 
-use super::light::DEVIATIONS;
+use super::light::INDEPENDENT;
 use super::piece::Radiance;
 use super::turn::{NormalTurn, direction, dot};
 use glam::DVec3;
@@ -233,7 +233,7 @@ impl<T: Real> RayShading<T> {
             *channel = *channel * body + light.alpha * (highlight + mean.tilt * change);
         }
         light.error = light.error * body + light.alpha * mean.rounding;
-        let off = mean.off * T::of(1.0 / DEVIATIONS);
+        let off = mean.off * T::of(INDEPENDENT);
         let scale = body.max(T::one());
         let own = light.alpha * light.alpha * (deviation * deviation + off * off);
         light.variance = light.variance * scale * scale + own;

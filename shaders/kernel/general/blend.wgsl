@@ -257,7 +257,7 @@ fn blend_of(mixture: Mixture, depth: f32, through: vec2f, rounds: vec2f, shade: 
     // Under light, the errors of pieces are estimates that are added as independent ones.
     let off = select(vec2f(mean.off, 0.0), vec2f(shade.y, estimate), IS_LIT);
     let off_by = min(rounds.y * through.y + absorbed * (rounded + ROUNDING), 1.0);
-    let deviation = off.y / DEVIATIONS;
+    let deviation = off.y * INDEPENDENT;
     let own = absorbed * absorbed * (shade.z * shade.z + deviation * deviation);
     let light = Radiance(mean.color * absorbed, absorbed, absorbed * off.x, off_by * off_by + own);
     var cut_for = off;

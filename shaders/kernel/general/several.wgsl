@@ -124,8 +124,8 @@ struct VolumeSums {
     shade_off: vec3f,
 }
 
-// The light of all volumes on their pieces, which are `range` of the frustum and this fraction of pieces between knots.
-fn volumes_blend(shading: RayShading, range: vec2f, fraction: f32) -> Blend {
+// The light of all volumes on their pieces, which are `range` of the frustum.
+fn volumes_blend(shading: RayShading, range: vec2f) -> Blend {
     var sums = VolumeSums(mixture_none(), 0.0, 0.0, vec3f(0.0), 0.0, vec2f(0.0), 0.0, vec3f(0.0));
 #volume     volume_add(VOLUMEu, &sums);
     let through = 1.0 - vec2f(absorbed_by(sums.front), absorbed_by(sums.depth));
@@ -134,7 +134,8 @@ fn volumes_blend(shading: RayShading, range: vec2f, fraction: f32) -> Blend {
 #volume         volume_add_lit(VOLUMEu, &sums, shading, through, unseen, range);
     }
     var shade = sums.shade_off / max(sums.absorbed, LEAST);
-    shade.z = shared_deviation(shade.z, fraction, absorbed_by(sums.depth));
+    // All parts of a frustum share the rounding of the gradients at its vertices.
+    shade.z /= sqrt(max(range.y - range.x, LEAST_PART));
     return blend_of(sums.mixture, sums.depth, through, sums.rounds, shade);
 }
 
@@ -206,7 +207,7 @@ fn volumes_light(ray: ptr<function, Ray>, light: ptr<function, Radiance>, own: F
         let upto = cut * fraction;
 #volume         volume_end_at(VOLUMEu, upto);
         let to = from_ + upto * (part.to - from_);
-        let blend = volumes_blend((*ray).shading, vec2f(from_, to), fraction);
+        let blend = volumes_blend((*ray).shading, vec2f(from_, to));
         if blend_is_far(blend, *light) && fraction > LEAST_FRACTION && to - from_ > LEAST_PART && may_halve(halvings, to) {
             halvings++;
             fraction *= 0.5;

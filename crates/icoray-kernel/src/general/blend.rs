@@ -11,7 +11,7 @@
 
 use super::mean_color::{MeanColor, Mixture, Panel};
 use super::source::TransferMap;
-use crate::light::DEVIATIONS;
+use crate::light::INDEPENDENT;
 use crate::lit::{LightSpread, is_affordable, may_halve};
 use crate::piece::{Radiance, bend_factor};
 use crate::segment::Segment;
@@ -224,7 +224,7 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             };
             if is_affordable || off <= rounded || !may_halve(halvings, (last.u - from) / (to - from)) {
                 moved += light.transmittance() * absorbed * rounded.hypot(deviation);
-                let variance = (absorbed * own / DEVIATIONS).powi(2);
+                let variance = (absorbed * own * INDEPENDENT).powi(2);
                 let plain = Radiance::plain(mean.color, absorbed);
                 light.over(&Radiance { error: absorbed * shared, variance, ..plain });
                 if light.transmittance() <= self.min_transmittance {

@@ -6,11 +6,12 @@
 
 use super::integral::{Light, absorbed_by, bend_factor};
 use super::lanes::Lanes;
-use super::light::{Change, GradientCourse, Lit, Shade, shared_variance};
+use super::light::{Change, GradientCourse, Lit, Shade};
 use super::medium::Medium;
 use super::part::{Part, all};
+use super::several::LEAST_PART;
 use super::turn::Spread;
-use crate::light::DEVIATIONS;
+use crate::light::{INDEPENDENT, LIT_DEVIATIONS};
 use crate::lit::ADVANCE;
 use crate::piece::THIN;
 use crate::shade::RayShading;
@@ -213,9 +214,10 @@ impl<V: Machine> Blend<V> {
         // Under light, the errors of pieces are estimates that are added as independent ones.
         let (shared, own) = if lighting.is_some() { (shade_rounding, off + shade_off) } else { (off, zero) };
         let off_by = thickened.mul_add(through[1], absorbed * (rounded + 0.5 * f32::EPSILON)).min(one);
-        let deviation = own * (1.0 / DEVIATIONS as f32);
-        let turned = |(lit, ..): Lighting<'_, V>| shared_variance::<V>(shade_deviation, lit.fraction, absorbed);
-        let independent = deviation.mul_add(deviation, lighting.map_or(zero, turned));
+        let deviation = own * INDEPENDENT as f32;
+        // All parts of a frustum share the rounding of the gradients at its vertices.
+        let extent = lighting.map_or(one, |(.., [from, to])| (to - from).max(LEAST_PART));
+        let independent = deviation.mul_add(deviation, shade_deviation * shade_deviation / extent);
         let light = Light {
             color: color.map_inline(|c| c * absorbed),
             alpha: absorbed,
@@ -235,12 +237,13 @@ impl<V: Machine> Blend<V> {
         let color_tolerance = color_tolerance.max(LEAST_TOLERANCE);
         let [shared, own] = self.off;
         let share = self.light.alpha * (one - lanes.alpha);
-        let earned = (lanes.alpha + ADVANCE as f32) * color_tolerance - lanes.error;
+        let earned = (lanes.alpha + share + ADVANCE as f32) * color_tolerance - lanes.error;
         let allowed = earned - share * shared;
         // The errors of unlit rays have no variance but rounding, which shorter pieces do not reduce.
-        let before = if self.is_lit { lanes.variance * (DEVIATIONS * DEVIATIONS) as f32 } else { zero };
-        let own_share = share * own;
-        let is_dear = allowed.simd_lt(0.0) | own_share.mul_add(own_share, before).simd_gt(allowed * allowed);
+        let before = if self.is_lit { lanes.variance } else { zero };
+        let own_share = share * own * INDEPENDENT as f32;
+        let spread = own_share.mul_add(own_share, before) * (LIT_DEVIATIONS * LIT_DEVIATIONS) as f32;
+        let is_dear = allowed.simd_lt(0.0) | spread.simd_gt(allowed * allowed);
         (shared + own).simd_gt(color_tolerance) & is_dear & !self.is_rounding & self.absorbs
     }
 }

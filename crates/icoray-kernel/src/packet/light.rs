@@ -7,7 +7,7 @@ use super::medium::{Medium, number};
 use super::part::{Part, all};
 use super::read::{Course, FAR, Vertices};
 use super::turn::{Spread, Turns, Vectors};
-use crate::light::DEVIATIONS;
+use crate::light::{INDEPENDENT, LIT_DEVIATIONS};
 use crate::lit::{ADVANCE, HALVINGS_ALONG, HALVINGS_AT_START};
 use crate::shade::RayShading;
 use fearless_simd::prelude::*;
@@ -390,13 +390,6 @@ impl<V: Machine> Lit<V> {
     }
 }
 
-/// Variance of the shade of a piece, which absorbs `absorbed` of the light and is a fraction of one between knots: all
-/// its parts share the rounding of the gradients at the vertices.
-#[inline(always)]
-pub(super) fn shared_variance<V: Machine>(deviation: Floats<V>, fraction: Floats<V>, absorbed: Floats<V>) -> Floats<V> {
-    deviation * deviation / fraction.max(absorbed)
-}
-
 impl<V: Machine> Shade<V> {
     /// `light` of a piece with this shade, as [`RayShading::apply`]; the piece is this fraction of one between knots.
     #[inline(always)]
@@ -407,9 +400,11 @@ impl<V: Machine> Shade<V> {
             light.color[k] = light.color[k].mul_add(self.body, light.alpha * added);
         }
         light.error = light.error.mul_add(self.body, light.alpha * self.rounding);
-        let off = self.off * (1.0 / DEVIATIONS as f32);
+        let off = self.off * INDEPENDENT as f32;
         let scale = self.body.max(all(simd, 1.0));
-        let own = off.mul_add(off, shared_variance::<V>(self.deviation, fraction, light.alpha));
+        // All parts of a piece, dense ones by their light, share the rounding of the gradients at the vertices.
+        let turned = self.deviation * self.deviation / fraction.max(light.alpha * 0.5);
+        let own = off.mul_add(off, turned);
         light.variance = (light.variance * scale).mul_add(scale, light.alpha * light.alpha * own);
     }
 
@@ -419,10 +414,10 @@ impl<V: Machine> Shade<V> {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
         let depth = piece.part.length * piece.ends[0].max(piece.ends[1]);
         let share = depth.min(one) * (one - lanes.alpha);
-        let earned = (lanes.alpha + ADVANCE as f32) * color_tolerance - lanes.error;
+        let earned = (lanes.alpha + share + ADVANCE as f32) * color_tolerance - lanes.error;
         let allowed = (earned - share * self.rounding).max(zero);
-        let shade = share * self.off;
-        let spread = lanes.variance.mul_add((DEVIATIONS * DEVIATIONS) as f32, shade * shade);
+        let shade = share * self.off * INDEPENDENT as f32;
+        let spread = shade.mul_add(shade, lanes.variance) * (LIT_DEVIATIONS * LIT_DEVIATIONS) as f32;
         (self.off + self.rounding).simd_gt(color_tolerance) & spread.simd_gt(allowed * allowed)
     }
 }

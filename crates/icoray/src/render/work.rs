@@ -184,6 +184,11 @@ pub(super) fn notes(scene: &Scene) -> Vec<(&'static str, String)> {
 /// a part of its frustum, half a last digit is added.
 const GEOMETRY: f64 = 1e-9;
 
+/// Last digits of absorbed light by which a lit pixel in single precision may be off besides: neighbouring frusta share
+/// the rounding of values and gradients at their vertices. It is the least error to which pieces are cut
+/// ([`Shading::least_error`](icoray_kernel::shade::Shading::least_error)).
+const SHARED_ROUNDING: f64 = 32.0;
+
 /// The light at some points, over the background. A ray may be long: none starts once `is_stopped` is true.
 fn pixels(
     scene: &Scene,
@@ -244,10 +249,16 @@ pub(super) fn background_blend(scene: &Scene, brightest: f64, met: Option<Radian
             [r, g, b, 1.0]
         }
     };
-    let geometry = GEOMETRY + if scene.precision == Precision::F32 { f64::from(f32::EPSILON) / 2.0 } else { 0.0 };
+    let is_lit = scene.lighting.is_some();
+    let geometry = GEOMETRY
+        + match scene.precision {
+            Precision::F64 => 0.0,
+            Precision::F32 if is_lit => f64::from(f32::EPSILON) * (0.5 + SHARED_ROUNDING * absorbed),
+            Precision::F32 => f64::from(f32::EPSILON) * 0.5,
+        };
     // The picture itself is in f32.
     let stored = color.iter().fold(0.0f64, |most, c| most.max(*c)) * f64::from(f32::EPSILON) / 2.0;
-    let error = if met.is_some() { light.total_error() + stored + geometry } else { 0.0 };
+    let error = if met.is_some() { light.total_error(is_lit) + stored + geometry } else { 0.0 };
     let error = error.min(brightest.max(1.0)) as f32;
     Pixel { color: color.map_inline(|c| c as f32), error, surfaces: BoundarySignature::default() }
 }
