@@ -52,13 +52,14 @@ fn shaded(shading: RayShading, piece: Segment, span: Span, mean: MeanShade, ligh
     return ray_shading_apply(shading, light, mean, span.color_slope * (piece.f1 - piece.f0));
 }
 
-// `off` are the errors of the piece per absorbed light that add up along a ray, and those that are independent.
-fn is_affordable(before: Radiance, absorbed: f32, off: vec2f, color_tolerance: f32) -> bool {
-    let share = absorbed * (1.0 - before.alpha);
-    let allowed = color_tolerance * (before.alpha + share + ADVANCE) - before.error - share * off.x;
-    let own = share * off.y * INDEPENDENT;
-    let spread = LIT_DEVIATIONS * LIT_DEVIATIONS * (before.variance + own * own);
-    return off.x + off.y <= color_tolerance || (allowed >= 0.0 && spread <= allowed * allowed);
+fn is_affordable(piece: Segment, span: Span, off: f32, color_tolerance: f32, spare: f32) -> bool {
+    let depth = piece.length * max(span_extinction(span, piece.f0), span_extinction(span, piece.f1));
+    return (off - color_tolerance) * min(depth, 1.0) <= spare;
+}
+
+fn spare_of(light: Radiance, color_tolerance: f32) -> f32 {
+    let earned = color_tolerance * (light.alpha + ADVANCE) - light.error;
+    return max(earned, 0.0) / max(1.0 - light.alpha, LEAST);
 }
 
 const ADVANCE: f32 = 0.1;
@@ -82,17 +83,18 @@ fn may_halve(halvings: u32, done: f32) -> bool {
 // Maximum of `lighting.most_cuts`.
 const MAX_CUTS: u32 = 20u;
 
-// The light of the last front half of each level. Outside of the function, which would zero it for each piece.
+// The light of the last front half of each level, and the spare error that it leaves. Outside of the function, which
+// would zero them for each piece.
 var<private> fronts: array<Radiance, MAX_CUTS + 1u>;
 
 // The piece or, if its error cannot be afforded, its halves one after the other: number `index` of 2^level. Their light
 // is summed in pairs, as there: a sum of thousands one by one would lose light below the last digit.
-fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32, ray_light: Radiance) -> Radiance {
+fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32, spare: f32) -> Radiance {
     var light: Radiance;
     var level = 0u;
     var index = 0u;
     var from_ = vec2f(0.0, piece.f0);
-    var before = ray_light;
+    var left = spare;
     var halvings = 0u;
     loop {
         var part = piece;
@@ -106,7 +108,7 @@ fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32, ray_light: Radia
         }
         let ends = vec2f(f32(index), f32(index + 1u)) / f32(1u << level);
         let at = vec2f(lerp(range.x, range.y, ends.x), lerp(range.x, range.y, ends.y));
-        let outcome = lit_part(lit, part, at, level, level == cuts || !may_halve(halvings, ends.y), before);
+        let outcome = lit_part(lit, part, at, level == cuts || !may_halve(halvings, ends.y), left);
         if !outcome.is_done {
             halvings++;
             level++;
@@ -114,7 +116,7 @@ fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32, ray_light: Radia
             continue;
         }
         light = outcome.light;
-        radiance_over(&before, light);
+        left = spare_behind(left, light, lit.budget.color_tolerance);
         // A back half completes its parent, and so does a front half behind which nothing is visible.
         while level > 0u {
             if (index & 1u) == 1u {
@@ -137,20 +139,21 @@ fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32, ray_light: Radia
     return light;
 }
 
-// The light of a part of this level, if it is not cut.
-fn lit_part(lit: Lit, part: Segment, range: vec2f, level: u32, is_last: bool, before: Radiance) -> Outcome {
-    var mean = mean_shade(
+// The spare error of the parts behind `light`.
+fn spare_behind(spare: f32, light: Radiance, color_tolerance: f32) -> f32 {
+    let left = spare + color_tolerance * light.alpha - light.error;
+    return max(left, 0.0) / max(1.0 - light.alpha, LEAST);
+}
+
+// A part's light, if it is not cut.
+fn lit_part(lit: Lit, part: Segment, range: vec2f, is_last: bool, spare: f32) -> Outcome {
+    let mean = mean_shade(
         lit.shading, part, lit.span, frustum_interpolant_gradient(lit.interpolant, range.x),
         frustum_interpolant_gradient(lit.interpolant, 0.5 * (range.x + range.y)),
         frustum_interpolant_gradient(lit.interpolant, range.y), lit.interpolant.size,
     );
-    let depth = part.length * max(span_extinction(lit.span, part.f0), span_extinction(lit.span, part.f1));
-    let off = vec2f(mean.rounding, mean.off);
-    if !(is_last || is_affordable(before, min(depth, 1.0), off, lit.budget.color_tolerance)) {
+    if !(is_last || is_affordable(part, lit.span, mean.off, lit.budget.color_tolerance, spare)) {
         return Outcome(radiance_none(), false);
     }
-    let light = integrate(part, lit.span, lit.budget);
-    // All parts of a piece, dense ones by their light, share the rounding of the gradients at the vertices.
-    mean.deviation /= sqrt(max(exp2(-f32(level)), 0.5 * light.alpha));
-    return Outcome(shaded(lit.shading, part, lit.span, mean, light), true);
+    return Outcome(shaded(lit.shading, part, lit.span, mean, integrate(part, lit.span, lit.budget)), true);
 }

@@ -9,11 +9,6 @@ struct Radiance {
     variance: f32,
 }
 
-// Number of standard deviations in the error of a lit pixel.
-const LIT_DEVIATIONS: f32 = 4.0;
-// Standard deviation of an independent error, as a fraction of its estimate.
-const INDEPENDENT: f32 = 0.29;
-
 fn radiance_none() -> Radiance {
     return Radiance(vec3f(0.0), 0.0, 0.0, 0.0);
 }

@@ -242,7 +242,7 @@ fn piece(
     var behind: Radiance;
     if IS_LIT {
         let lit = Lit(budget, (*ray).shading, span, interpolant);
-        behind = lit_light(lit, segment, range, lighting.max_cuts, *light);
+        behind = lit_light(lit, segment, range, lighting.max_cuts, spare_of(*light, params.color_tolerance));
     } else {
         behind = integrate(segment, span, budget);
     }

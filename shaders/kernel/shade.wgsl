@@ -38,7 +38,6 @@ struct MeanShade {
     shade: Shade,
     tilt: f32,
     off: f32,
-    rounding: f32,
     deviation: f32,
 }
 
@@ -78,9 +77,8 @@ fn ray_shading_mean(s: RayShading, turn: NormalTurn, color: ColorChange, size: f
     let highlight = ray_shading_mean_highlight(s, turn);
     let most = color.brightest * s.diffuse + s.specular;
     let rounded = 4.0 * color.brightest * body.x + 3.0 * s.sharpness * highlight.x;
-    let off = select(body.z + highlight.y, most, turn.is_wild);
-    let deviation = ray_shading_deviation(s, size, turn.size);
-    return MeanShade(Shade(body.x, highlight.x), body.y, off, ROUNDING * rounded, deviation);
+    let off = select(body.z + highlight.y + ROUNDING * rounded, most, turn.is_wild);
+    return MeanShade(Shade(body.x, highlight.x), body.y, off, ray_shading_deviation(s, size, turn.size));
 }
 
 // Factor for the colour, factor for the colour's change, and the error of both.
@@ -151,14 +149,14 @@ fn ray_shading_deviation(s: RayShading, mixed_of: f32, size: f32) -> f32 {
 }
 
 fn ray_shading_apply(s: RayShading, light: Radiance, mean: MeanShade, change: vec3f) -> Radiance {
-    let off = mean.off * INDEPENDENT;
+    let deviation = mean.deviation * light.alpha;
     let body = mean.shade.body;
     let scale = max(body, 1.0);
     return Radiance(
         light.color * body + light.alpha * (mean.shade.highlight + mean.tilt * change),
         light.alpha,
-        light.error * body + light.alpha * mean.rounding,
-        light.variance * scale * scale + light.alpha * light.alpha * (mean.deviation * mean.deviation + off * off),
+        light.error * body + light.alpha * mean.off,
+        light.variance * scale * scale + deviation * deviation,
     );
 }
 

@@ -15,7 +15,6 @@
 //! polynomial times `e^-y` is no more than `(1.3 - y/12)⁴` of its largest value, and less than 1/1700 of that beyond y
 //! = 14. Powers below 2 have a kink where n is across h, like the body; powers below 6 are not small there.
 
-use super::light::INDEPENDENT;
 use super::piece::Radiance;
 use super::turn::{NormalTurn, direction, dot};
 use glam::DVec3;
@@ -78,10 +77,8 @@ pub struct MeanShade<T> {
     pub shade: Shade<T>,
     /// Factor for the change of the colour from the piece's start to its end, added per absorbed light.
     pub tilt: T,
-    /// Error of a channel per absorbed light, without rounding.
+    /// Error of a channel per absorbed light.
     pub off: T,
-    /// The part of rounding, which is alike in neighbouring pieces.
-    pub rounding: T,
     /// Size of the gradients where most of the light is.
     pub size: T,
 }
@@ -158,9 +155,8 @@ impl<T: Real> RayShading<T> {
         let most = color.brightest * self.diffuse + self.specular;
         // A mean cosine has an error of two last digits, and its power that times the exponent.
         let rounded = T::of(4.0) * color.brightest * body + T::of(3.0) * self.sharpness * highlight;
-        let off = if turn.is_wild { most } else { dim + faint };
-        let rounding = T::of(T::ROUNDING) * rounded;
-        MeanShade { shade: Shade { body, highlight }, tilt, off, rounding, size: turn.size }
+        let off = if turn.is_wild { most } else { dim + faint + T::of(T::ROUNDING) * rounded };
+        MeanShade { shade: Shade { body, highlight }, tilt, off, size: turn.size }
     }
 
     /// Factor for the colour, factor for the colour's change, and the error of both.
@@ -225,18 +221,17 @@ impl<T: Real> RayShading<T> {
     }
 
     /// `light` with the shade `mean`; its colour changes by `change` from start to end. The shade's own deviation
-    /// ([`RayShading::deviation_of`]) and its error are added to the variance of the light.
+    /// ([`RayShading::deviation_of`]) is added to that of the light.
     #[inline(always)]
     pub fn apply(&self, mut light: Radiance<T>, mean: &MeanShade<T>, change: [T; 3], deviation: T) -> Radiance<T> {
         let Shade { body, highlight } = mean.shade;
         for (channel, change) in light.color.iter_mut().zip(change) {
             *channel = *channel * body + light.alpha * (highlight + mean.tilt * change);
         }
-        light.error = light.error * body + light.alpha * mean.rounding;
-        let off = mean.off * T::of(INDEPENDENT);
+        light.error = light.error * body + light.alpha * mean.off;
+        let deviation = deviation * light.alpha;
         let scale = body.max(T::one());
-        let own = light.alpha * light.alpha * (deviation * deviation + off * off);
-        light.variance = light.variance * scale * scale + own;
+        light.variance = light.variance * scale * scale + deviation * deviation;
         light
     }
 

@@ -58,12 +58,13 @@ fn volume_colors(piece: VolumePiece) -> VolumeColors {
     return VolumeColors(at, mat2x3f(span.color_slope * slopes.x, span.color_slope * slopes.y));
 }
 
-// Colours with the mean shade of their volume, the light that it absorbs, and the shade's error, that by
-// rounding, and its standard deviation.
+// Colours with the mean shade of their volume, the light that it absorbs, and the error and the standard deviation of
+// the shade.
 struct ShadedColors {
     color: VolumeColors,
     absorbed: f32,
-    off: vec3f,
+    off: f32,
+    deviation: f32,
 }
 
 // `through` is the transmittance in the middle and at the end, `unseen` the relative error of the absorption of all
@@ -96,7 +97,7 @@ fn volume_shade(
     let added = rise * shade.tilt + vec3f(shade.shade.highlight);
     let body = shade.shade.body;
     let lit = mat3x3f(colors[0] * body + added, colors[1] * body + added, colors[2] * body + added);
-    return ShadedColors(VolumeColors(lit, own.tints * body), share, vec3f(shade.off, shade.rounding, shade.deviation));
+    return ShadedColors(VolumeColors(lit, own.tints * body), share, shade.off, shade.deviation);
 }
 
 // All volumes at the three places of a piece: extinction, and colour times extinction; their slopes at its start and end;
@@ -236,42 +237,38 @@ fn mixture_spread(mixture: Mixture) -> f32 {
     return largest(max(high - low, vec3f(0.0))) + 0.25 * largest(steepest);
 }
 
-// The light of all volumes on a piece, and the errors of the colour per absorbed light for which the piece is halved:
-// that which adds up along a ray, and that which is independent.
+// The light of all volumes on a piece, and the error of the colour per absorbed light for which the piece is halved.
 struct Blend {
     light: Radiance,
-    off: vec2f,
-    // Whether these are no more than its rounding error.
+    off: f32,
+    // Whether that is no more than its rounding error.
     is_rounding: bool,
 }
 
-// `rounds` is the rounding error of the colours and of the optical depth `depth`, `shade` the error of shades
-// per absorbed light, that by rounding, and their standard deviation.
-fn blend_of(mixture: Mixture, depth: f32, through: vec2f, rounds: vec2f, shade: vec3f) -> Blend {
+// `rounds` is the rounding error of the colours and of the optical depth `depth`, `shade` the error and the standard
+// deviation of shades per absorbed light.
+fn blend_of(mixture: Mixture, depth: f32, through: vec2f, rounds: vec2f, shade: vec2f) -> Blend {
     let absorbed = absorbed_by(depth);
     let mean = mixture_mean(mixture, through, depth, absorbed);
     // Errors of extinctions change the mixture of colours.
     let rounded = rounds.x + mean.spread * min(rounds.y / max(depth, LEAST), 1.0);
     // In dense pieces the centre of the light is less certain.
-    let estimate = mean.off + select(3.0, 1.0, depth <= THIN) * shade.x;
-    // Under light, the errors of pieces are estimates that are added as independent ones.
-    let off = select(vec2f(mean.off, 0.0), vec2f(shade.y, estimate), IS_LIT);
-    let off_by = min(rounds.y * through.y + absorbed * (rounded + ROUNDING), 1.0);
-    let deviation = off.y * INDEPENDENT;
-    let own = absorbed * absorbed * (shade.z * shade.z + deviation * deviation);
-    let light = Radiance(mean.color * absorbed, absorbed, absorbed * off.x, off_by * off_by + own);
-    var cut_for = off;
+    let total = mean.off + select(3.0, 1.0, depth <= THIN) * shade.x;
     // Coarse light is not halved for the error of its shades.
-    if IS_LIT && lighting.max_cuts == 0u {
-        cut_for.y = mean.off;
+    var off = mean.off;
+    if !IS_LIT || lighting.max_cuts > 0u {
+        off = total;
     }
-    return Blend(light, cut_for, cut_for.x + cut_for.y <= rounded);
+    let off_by = min(rounds.y * through.y + absorbed * (rounded + ROUNDING), 1.0);
+    let shaded = absorbed * shade.y;
+    let light = Radiance(mean.color * absorbed, absorbed, absorbed * total, off_by * off_by + shaded * shaded);
+    return Blend(light, off, off <= rounded);
 }
 
 // The smallest difference of colours that rounding in single precision leaves.
 const LEAST_TOLERANCE: f32 = 8.0 * ROUNDING;
 
-// Whether the ray cannot afford the error of the piece.
+// Whether the ray cannot afford the error of the piece, from the unspent error of previous pieces and an advance.
 fn blend_is_far(blend: Blend, light: Radiance) -> bool {
     var color_tolerance = params.color_tolerance;
     if !IS_LIT {
@@ -279,10 +276,7 @@ fn blend_is_far(blend: Blend, light: Radiance) -> bool {
         color_tolerance *= 0.95 / (1.0 + ADVANCE);
     }
     color_tolerance = max(color_tolerance, LEAST_TOLERANCE);
-    var before = light;
-    if !IS_LIT {
-        // Rounding, which shorter pieces do not reduce.
-        before.variance = 0.0;
-    }
-    return !blend.is_rounding && !is_affordable(before, blend.light.alpha, blend.off, color_tolerance);
+    let earned = max((light.alpha + ADVANCE) * color_tolerance - light.error, 0.0);
+    let through = max(1.0 - light.alpha, LEAST);
+    return !blend.is_rounding && (blend.off - color_tolerance) * blend.light.alpha * through > earned;
 }

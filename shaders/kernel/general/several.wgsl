@@ -119,23 +119,23 @@ struct VolumeSums {
     length: f32,
     // Rounding errors of colours and of the optical depth.
     rounds: vec2f,
-    // Absorbed light, and the errors of shades (as in ShadedColors) times that.
+    // Absorbed light, and the error of shades times that.
     absorbed: f32,
-    shade_off: vec3f,
+    shade_off: f32,
+    // Standard deviation of shades times that.
+    deviation: f32,
 }
 
 // The light of all volumes on their pieces, which are `range` of the frustum.
 fn volumes_blend(shading: RayShading, range: vec2f) -> Blend {
-    var sums = VolumeSums(mixture_none(), 0.0, 0.0, vec3f(0.0), 0.0, vec2f(0.0), 0.0, vec3f(0.0));
+    var sums = VolumeSums(mixture_none(), 0.0, 0.0, vec3f(0.0), 0.0, vec2f(0.0), 0.0, 0.0, 0.0);
 #volume     volume_add(VOLUMEu, &sums);
     let through = 1.0 - vec2f(absorbed_by(sums.front), absorbed_by(sums.depth));
     if IS_LIT {
         let unseen = unseen_of(sums.rates, through, sums.length, absorbed_by(sums.depth));
 #volume         volume_add_lit(VOLUMEu, &sums, shading, through, unseen, range);
     }
-    var shade = sums.shade_off / max(sums.absorbed, LEAST);
-    // All parts of a frustum share the rounding of the gradients at its vertices.
-    shade.z /= sqrt(max(range.y - range.x, LEAST_PART));
+    let shade = vec2f(sums.shade_off, sums.deviation) / max(sums.absorbed, LEAST);
     return blend_of(sums.mixture, sums.depth, through, sums.rounds, shade);
 }
 
@@ -178,6 +178,7 @@ fn volume_add_lit(
     );
     let lit = volume_shade(shading, piece, depths.extinction, volume_colors(piece), through, unseen, at, course.size);
     (*sums).shade_off += lit.absorbed * lit.off;
+    (*sums).deviation += lit.absorbed * lit.deviation;
     (*sums).absorbed += lit.absorbed;
     (*sums).mixture = mixture_and((*sums).mixture, depths, lit.color, piece.extinction);
 }

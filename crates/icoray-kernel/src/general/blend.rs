@@ -11,8 +11,7 @@
 
 use super::mean_color::{MeanColor, Mixture, Panel};
 use super::source::TransferMap;
-use crate::light::INDEPENDENT;
-use crate::lit::{LightSpread, is_affordable, may_halve};
+use crate::lit::{LightSpread, may_halve};
 use crate::piece::{Radiance, bend_factor};
 use crate::segment::Segment;
 use crate::shade::{ColorChange, MeanShade, RayShading};
@@ -164,17 +163,6 @@ pub(super) struct BlendBuffers {
     lit: Vec<LitNode>,
 }
 
-/// Errors of the shades of a panel, per absorbed light.
-#[derive(Debug, Default)]
-struct ShadeError {
-    /// Of the shades, without rounding.
-    off: f64,
-    /// Of their rounding.
-    rounding: f64,
-    /// Standard deviation by rounding of the gradients at the vertices.
-    deviation: f64,
-}
-
 /// A piece of a ray in several media.
 pub(super) struct Blend<'p, 'w, G> {
     pub parts: &'p [MediumPiece<'w>],
@@ -210,23 +198,18 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             }
             let absorbed = -(-depth).exp_m1();
             let mut nodes = [first, middle, last];
-            let ShadeError { off: shade_off, rounding, deviation } = self.shade(lit, &mut nodes, absorbed);
+            let [shade_off, deviation] = self.shade(lit, &mut nodes, absorbed);
             let mean = self.mean(&nodes, absorbed);
             let rounded = self.rounding(&nodes, mean.spread);
             // In dense panels the centre of the light is less certain.
-            let shade_off = if depth <= THIN { shade_off } else { 3.0 * shade_off };
-            let off = mean.off + shade_off + rounding;
-            // Under light, the errors of panels are estimates that are added as independent ones.
-            let (shared, own) = if self.shading.is_some() { (rounding, mean.off + shade_off) } else { (off, 0.0) };
-            let is_affordable = match self.shading {
-                Some(_) => is_affordable(light, absorbed, [shared, own], self.color_tolerance),
-                None => off <= self.color_tolerance,
-            };
-            if is_affordable || off <= rounded || !may_halve(halvings, (last.u - from) / (to - from)) {
+            let off = mean.off + if depth <= THIN { shade_off } else { 3.0 * shade_off };
+            // The unspent error of the previous pieces.
+            let earned = if self.shading.is_some() { self.color_tolerance * light.alpha - light.error } else { 0.0 };
+            let spare = earned.max(0.0) / light.transmittance().max(f64::MIN_POSITIVE);
+            let is_near = (off - self.color_tolerance) * absorbed <= spare || off <= rounded;
+            if is_near || !may_halve(halvings, (last.u - from) / (to - from)) {
                 moved += light.transmittance() * absorbed * rounded.hypot(deviation);
-                let variance = (absorbed * own * INDEPENDENT).powi(2);
-                let plain = Radiance::plain(mean.color, absorbed);
-                light.over(&Radiance { error: absorbed * shared, variance, ..plain });
+                light.over(&Radiance { error: absorbed * off, ..Radiance::plain(mean.color, absorbed) });
                 if light.transmittance() <= self.min_transmittance {
                     break;
                 }
@@ -283,22 +266,23 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
     }
 
     /// Lights the colours at the start, middle and end of a panel that absorbs the part `absorbed` of the light, each
-    /// medium with its mean shade there.
+    /// medium with its mean shade there. Returns the error of the shades per absorbed light, and their standard
+    /// deviation by rounding of the gradients at the vertices.
     #[inline]
-    fn shade(&self, lit: &[LitNode], nodes: &mut [Node; 3], absorbed: f64) -> ShadeError {
-        let Some(shading) = self.shading else { return ShadeError::default() };
+    fn shade(&self, lit: &[LitNode], nodes: &mut [Node; 3], absorbed: f64) -> [f64; 2] {
+        let Some(shading) = self.shading else { return [0.0; 2] };
         let through = nodes.each_ref().map_inline(|node| (nodes[0].depth - node.depth).exp());
         let length = self.parts[0].segments[1].length * (nodes[2].u - nodes[0].u);
         let absorbs = [0, 1, 2].map_inline(|i| through[i] * nodes[i].mixture.rate[0]);
         let unseen = (length * simpson(absorbs) / absorbed - 1.0).abs();
-        let (mut of, mut sum) = (ShadeError::default(), 0.0);
+        let (mut off, mut deviation, mut sum) = (0.0, 0.0, 0.0);
         for node in nodes.iter_mut() {
             node.mixture = Mixture::default();
         }
         for (k, part) in self.parts.iter().enumerate() {
             let parts = nodes.each_ref().map_inline(|node| &lit[node.lit + k]);
             let absorbs = [0, 1, 2].map_inline(|i| through[i] * parts[i].medium.extinction);
-            let MeanShade { shade, tilt, off, rounding, size } = part.mean_shade(shading, parts, (absorbs, unseen));
+            let MeanShade { shade, tilt, off: part_off, size } = part.mean_shade(shading, parts, (absorbs, unseen));
             let rise = [0, 1, 2].map_inline(|k| parts[2].medium.color[k] - parts[0].medium.color[k]);
             for (node, LitNode { medium, .. }) in nodes.iter_mut().zip(parts) {
                 let lit = |k: usize| medium.color[k] * shade.body + shade.highlight + tilt * rise[k];
@@ -306,12 +290,11 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             }
             // The three places may miss dense media entirely.
             let share = simpson(absorbs) + f64::MIN_POSITIVE;
-            of.off += share * off;
-            of.rounding += share * rounding;
-            of.deviation += share * shading.deviation_of(part.gradient_size, size);
+            off += share * part_off;
+            deviation += share * shading.deviation_of(part.gradient_size, size);
             sum += share;
         }
-        ShadeError { off: of.off / sum, rounding: of.rounding / sum, deviation: of.deviation / sum }
+        [off / sum, deviation / sum]
     }
 }
 

@@ -9,9 +9,7 @@ use super::lanes::Lanes;
 use super::light::{Change, GradientCourse, Lit, Shade};
 use super::medium::Medium;
 use super::part::{Part, all};
-use super::several::LEAST_PART;
 use super::turn::Spread;
-use crate::light::{INDEPENDENT, LIT_DEVIATIONS};
 use crate::lit::ADVANCE;
 use crate::piece::THIN;
 use crate::shade::RayShading;
@@ -83,8 +81,8 @@ impl<V: Machine> VolumeNodes<V> {
     }
 
     /// Lights the colours with the mean shade of the volume. `through` is the transmittance at the places, `unseen` the
-    /// relative error of the absorption of all volumes there. Returns the light that the volume absorbs, the
-    /// shade's error, that by rounding, and the standard deviation by rounding of the gradients.
+    /// relative error of the absorption of all volumes there. Returns the light that the volume absorbs, the error of
+    /// the shade and its standard deviation.
     #[inline(always)]
     fn shade(
         &mut self,
@@ -92,14 +90,14 @@ impl<V: Machine> VolumeNodes<V> {
         (through, unseen): (&[Floats<V>; 2], Floats<V>),
         (lit, shading): (&Lit<V>, &RayShading<f32>),
         (course, range): (&GradientCourse<V>, [Floats<V>; 2]),
-    ) -> (Floats<V>, [Floats<V>; 3]) {
+    ) -> [Floats<V>; 3] {
         let [a, m, b] = weighted::<V>(self.extinction, through);
         // The three places may miss dense media entirely.
         let share = simpson::<V>([a, m, b]) + f32::MIN_POSITIVE;
         let bent = (a - m - m + b).abs() / share;
         let error_bound = unseen.mul_add(0.5, bent * 0.2).min(0.5);
         let spread = Spread { centre: (b - a) / (share * 12.0), error_bound, extent: all(simd, 1.0) };
-        let Shade { body, tilt, highlight, off, rounding, deviation } =
+        let Shade { body, tilt, highlight, off, deviation } =
             lit.shade_of(simd, shading, (course, range, lit.eps), spread, &self.change);
         for k in 0..3 {
             let added = (self.color[2][k] - self.color[0][k]).mul_add(tilt, highlight);
@@ -110,7 +108,7 @@ impl<V: Machine> VolumeNodes<V> {
                 self.tint[end][k] *= body;
             }
         }
-        (share, [off, rounding, deviation])
+        [share, off, deviation]
     }
 }
 
@@ -157,11 +155,10 @@ fn changes<V: Machine>(simd: V, colors: &[[Floats<V>; 3]; 3], brightest: Floats<
 /// The light of all volumes on the pieces.
 pub(super) struct Blend<V: Machine> {
     pub light: Light<V>,
-    /// Errors of the colour per absorbed light: that which adds up along a ray, and that which is independent.
-    off: [Floats<V>; 2],
-    /// Lanes in which these are no more than its rounding error.
+    /// Error of the colour per absorbed light.
+    off: Floats<V>,
+    /// Lanes in which that is no more than its rounding error.
     is_rounding: Mask<V>,
-    is_lit: bool,
     /// Lanes in which anything is absorbed.
     pub absorbs: Mask<V>,
 }
@@ -185,18 +182,19 @@ impl<V: Machine> Blend<V> {
         }
         let absorbed = absorbed_by(simd, depth);
         let through = [one - absorbed_by(simd, front), one - absorbed];
-        let mut of_shades = [zero; 3];
+        let (mut shade_off, mut deviation) = (zero, zero);
         if let Some((lit, shading, courses, range)) = lighting {
             let seen = length * simpson::<V>(weighted::<V>(rates, &through));
             let unseen = (seen / absorbed.max(f32::MIN_POSITIVE) - 1.0).abs();
-            let mut sum = zero;
+            let (mut sum, mut off) = (zero, zero);
             for volume in volumes.iter_mut() {
                 let course = &courses[volume.number];
-                let (share, of_shade) = volume.shade(simd, (&through, unseen), (lit, shading), (course, range));
-                sum += share;
-                of_shades = [0, 1, 2].map_inline(|k: usize| share.mul_add(of_shade[k], of_shades[k]));
+                let [share, shade_off, shade_deviation] =
+                    volume.shade(simd, (&through, unseen), (lit, shading), (course, range));
+                (sum, off) = (sum + share, share.mul_add(shade_off, off));
+                deviation = share.mul_add(shade_deviation, deviation);
             }
-            of_shades = of_shades.map_inline(|error| error / sum);
+            (shade_off, deviation) = (off / sum, deviation / sum);
         }
         let mut mixture = Mixture::none(simd);
         let (mut rounded, mut thickened) = (zero, zero);
@@ -208,43 +206,32 @@ impl<V: Machine> Blend<V> {
         let MeanColor { color, off, spread } = mixture.mean(simd, through, [depth, absorbed]);
         // Errors of extinctions change the mixture of colours.
         let rounded = spread.mul_add((thickened / depth.max(f32::MIN_POSITIVE)).min(one), rounded);
-        let [shade_off, shade_rounding, shade_deviation] = of_shades;
+        let cut_for = if is_coarse { zero } else { shade_off };
         // In dense pieces the centre of the light is less certain.
-        let shade_off = shade_off * depth.simd_le(THIN as f32).select(one, all(simd, 3.0));
-        // Under light, the errors of pieces are estimates that are added as independent ones.
-        let (shared, own) = if lighting.is_some() { (shade_rounding, off + shade_off) } else { (off, zero) };
+        let unsure = depth.simd_le(THIN as f32).select(one, all(simd, 3.0));
+        let (reported, off) = (unsure.mul_add(shade_off, off), unsure.mul_add(cut_for, off));
         let off_by = thickened.mul_add(through[1], absorbed * (rounded + 0.5 * f32::EPSILON)).min(one);
-        let deviation = own * INDEPENDENT as f32;
-        // All parts of a frustum share the rounding of the gradients at its vertices.
-        let extent = lighting.map_or(one, |(.., [from, to])| (to - from).max(LEAST_PART));
-        let independent = deviation.mul_add(deviation, shade_deviation * shade_deviation / extent);
+        let shaded = absorbed * deviation;
         let light = Light {
             color: color.map_inline(|c| c * absorbed),
             alpha: absorbed,
-            error: absorbed * shared,
-            variance: off_by.mul_add(off_by, absorbed * absorbed * independent),
+            error: absorbed * reported,
+            variance: off_by.mul_add(off_by, shaded * shaded),
         };
-        let own = if is_coarse { off.min(own) } else { own };
         // A NaN depth absorbs nothing, and shorter pieces do not reduce rounding errors.
-        let is_rounding = (shared + own).simd_le(rounded);
-        Blend { light, off: [shared, own], is_rounding, is_lit: lighting.is_some(), absorbs: depth.simd_gt(0.0) }
+        Blend { light, off, is_rounding: off.simd_le(rounded), absorbs: depth.simd_gt(0.0) }
     }
 
-    /// Lanes whose rays cannot afford the error of their pieces, as [`is_affordable`](crate::lit::is_affordable).
+    /// Lanes whose rays cannot afford the error of their pieces, from the unspent error of previous pieces and an
+    /// advance.
     #[inline(always)]
     pub fn is_far(&self, simd: V, lanes: &Lanes<V>, color_tolerance: f32) -> Mask<V> {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
         let color_tolerance = color_tolerance.max(LEAST_TOLERANCE);
-        let [shared, own] = self.off;
-        let share = self.light.alpha * (one - lanes.alpha);
-        let earned = (lanes.alpha + share + ADVANCE as f32) * color_tolerance - lanes.error;
-        let allowed = earned - share * shared;
-        // The errors of unlit rays have no variance but rounding, which shorter pieces do not reduce.
-        let before = if self.is_lit { lanes.variance } else { zero };
-        let own_share = share * own * INDEPENDENT as f32;
-        let spread = own_share.mul_add(own_share, before) * (LIT_DEVIATIONS * LIT_DEVIATIONS) as f32;
-        let is_dear = allowed.simd_lt(0.0) | spread.simd_gt(allowed * allowed);
-        (shared + own).simd_gt(color_tolerance) & is_dear & !self.is_rounding & self.absorbs
+        let earned = ((lanes.alpha + ADVANCE as f32) * color_tolerance - lanes.error).max(zero);
+        let through = (one - lanes.alpha).max(f32::MIN_POSITIVE);
+        let is_dear = ((self.off - color_tolerance) * self.light.alpha * through).simd_gt(earned);
+        is_dear & !self.is_rounding & self.absorbs
     }
 }
 

@@ -7,7 +7,6 @@ use super::medium::{Medium, number};
 use super::part::{Part, all};
 use super::read::{Course, FAR, Vertices};
 use super::turn::{Spread, Turns, Vectors};
-use crate::light::{INDEPENDENT, LIT_DEVIATIONS};
 use crate::lit::{ADVANCE, HALVINGS_ALONG, HALVINGS_AT_START};
 use crate::shade::RayShading;
 use fearless_simd::prelude::*;
@@ -269,15 +268,14 @@ impl<V: Machine> Change<V> {
     }
 }
 
-/// Shade of a piece: factors for its colour and for its change along the piece, the highlight, and their errors per
-/// absorbed light ([`MeanShade`](crate::shade::MeanShade)).
+/// Shade of a piece: factors for its colour and for its change along the piece, the highlight, and the error of all per
+/// absorbed light.
 pub(super) struct Shade<V: Machine> {
     pub body: Floats<V>,
     pub tilt: Floats<V>,
     pub highlight: Floats<V>,
     pub off: Floats<V>,
-    pub rounding: Floats<V>,
-    /// Standard deviation of the shade by rounding of the gradients.
+    /// Standard deviation of the shade.
     pub deviation: Floats<V>,
 }
 
@@ -305,13 +303,12 @@ impl<V: Machine> Lit<V> {
         let (highlight, faint) = self.mean_highlight(simd, common, &turn);
         let most = colors.brightest * common.diffuse + common.specular;
         // A mean cosine has an error of two last digits, and its power that times the exponent.
-        let error = (colors.brightest * body).mul_add(4.0, highlight * (3.0 * common.sharpness));
+        let rounded = (colors.brightest * body).mul_add(4.0, highlight * (3.0 * common.sharpness));
+        let off = rounded.mul_add(0.5 * f32::EPSILON, dim + faint);
         // As `RayShading::deviation_of`.
         let [rounded, turned] = common.deviations;
-        let turned = (course.size / turn.size).max(1.0) * turned;
-        let deviation = (turned + rounded).min(common.diffuse + common.specular);
-        let off = turn.is_wild.select(most, dim + faint);
-        Shade { body, tilt, highlight, off, rounding: error * (0.5 * f32::EPSILON), deviation }
+        let deviation = ((course.size / turn.size).max(1.0) * turned + rounded).min(common.diffuse + common.specular);
+        Shade { body, tilt, highlight, off: turn.is_wild.select(most, off), deviation }
     }
 
     /// Factor for the colour, factor for the colour's change, and the error of both.
@@ -391,33 +388,29 @@ impl<V: Machine> Lit<V> {
 }
 
 impl<V: Machine> Shade<V> {
-    /// `light` of a piece with this shade, as [`RayShading::apply`]; the piece is this fraction of one between knots.
+    /// `light` of a piece with this shade, as [`RayShading::apply`].
     #[inline(always)]
-    pub fn apply(&self, simd: V, piece: &Piece<'_, V>, fraction: Floats<V>, light: &mut Light<V>) {
+    pub fn apply(&self, simd: V, piece: &Piece<'_, V>, light: &mut Light<V>) {
         let rise = (piece.part.f1 - piece.part.f0) * self.tilt;
         for k in 0..3 {
             let added = rise.mul_add(piece.medium.color_slope[k], self.highlight);
             light.color[k] = light.color[k].mul_add(self.body, light.alpha * added);
         }
-        light.error = light.error.mul_add(self.body, light.alpha * self.rounding);
-        let off = self.off * INDEPENDENT as f32;
+        light.error = light.error.mul_add(self.body, light.alpha * self.off);
+        let deviation = light.alpha * self.deviation;
         let scale = self.body.max(all(simd, 1.0));
-        // All parts of a piece, dense ones by their light, share the rounding of the gradients at the vertices.
-        let turned = self.deviation * self.deviation / fraction.max(light.alpha * 0.5);
-        let own = off.mul_add(off, turned);
-        light.variance = (light.variance * scale).mul_add(scale, light.alpha * light.alpha * own);
+        light.variance = light.variance * scale * scale + deviation * deviation;
     }
 
-    /// Lanes whose rays cannot afford the error of their pieces, as [`is_affordable`](crate::lit::is_affordable).
+    /// Lanes whose rays cannot afford the error of their pieces, as [`is_affordable`](crate::lit::is_affordable) and
+    /// [`spare`](crate::lit::spare).
     #[inline(always)]
     pub fn too_far(&self, simd: V, lanes: &Lanes<V>, piece: &Piece<'_, V>, color_tolerance: f32) -> Mask<V> {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+        let earned = ((lanes.alpha + ADVANCE as f32) * color_tolerance - lanes.error).max(zero);
+        let through = (one - lanes.alpha).max(f32::MIN_POSITIVE);
         let depth = piece.part.length * piece.ends[0].max(piece.ends[1]);
-        let share = depth.min(one) * (one - lanes.alpha);
-        let earned = (lanes.alpha + share + ADVANCE as f32) * color_tolerance - lanes.error;
-        let allowed = (earned - share * self.rounding).max(zero);
-        let shade = share * self.off * INDEPENDENT as f32;
-        let spread = shade.mul_add(shade, lanes.variance) * (LIT_DEVIATIONS * LIT_DEVIATIONS) as f32;
-        (self.off + self.rounding).simd_gt(color_tolerance) & spread.simd_gt(allowed * allowed)
+        // Multiplied by the transmittance, which saves the division.
+        ((self.off - color_tolerance) * depth.min(one) * through).simd_gt(earned)
     }
 }

@@ -182,7 +182,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let Some(common) = self.shading.as_ref().filter(|_| shown != 0) else { return 0 };
         let piece = Piece { part, medium, ends: integral.ends, range, eps };
         let shade = self.lit.shade(simd, common, &piece);
-        shade.apply(simd, &piece, self.lit.fraction, light);
+        shade.apply(simd, &piece, light);
         if self.frame.is_coarse {
             return 0;
         }
