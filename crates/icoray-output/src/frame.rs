@@ -325,7 +325,8 @@ pub(crate) mod tests {
             of("w", [0.0, 4.0], "viridis, linear, fixed"),
             of("w", [0.0, 4.0], "vik, linear, fixed"),
         ];
-        assert_eq!(Colors::of(&asked, &asked.over_each(|_, _| Ok(Some([2.0, 3.0]))).unwrap().unwrap()), expected);
+        let ranged = asked.over_each(|field, _| Ok((field == "q").then_some([2.0, 3.0]))).unwrap().unwrap();
+        assert_eq!(Colors::of(&asked, &ranged), expected);
     }
 
     #[test]
