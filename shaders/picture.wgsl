@@ -48,7 +48,7 @@ fn picture(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) id
         light.color.z,
         light.alpha,
         error,
-        light.variance,
+        light.variance + light.shade_variance,
         traced.ray.columns,
         traced.ray.frusta,
         traced.ray.void_frusta,

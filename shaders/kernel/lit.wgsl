@@ -27,7 +27,7 @@ fn light_spread_of(piece: Segment, span: Span) -> LightSpread {
     let forward = min(depth, 3.0) * (5.0 / 60.0 - (1.0 / 60.0) * rise * rise);
     let bent = min(abs(span.extinction_slope * piece.kappa) / sum, 1e3);
     let error_bound = min(0.02 * depth * depth + 0.2 * bent, 0.5);
-    return LightSpread((1.0 / 6.0) * rise - forward, error_bound, 1.0 / max(all, 1.0));
+    return LightSpread((1.0 / 6.0) * rise - forward, 1.0 / 12.0, error_bound, 1.0 / max(all, 1.0));
 }
 
 fn color_change_of(piece: Segment, span: Span) -> ColorChange {
@@ -52,14 +52,14 @@ fn shaded(shading: RayShading, piece: Segment, span: Span, mean: MeanShade, ligh
     return ray_shading_apply(shading, light, mean, span.color_slope * (piece.f1 - piece.f0));
 }
 
-fn is_affordable(piece: Segment, span: Span, off: f32, color_tolerance: f32, spare: f32) -> bool {
-    let depth = piece.length * max(span_extinction(span, piece.f0), span_extinction(span, piece.f1));
-    return (off - color_tolerance) * min(depth, 1.0) <= spare;
-}
-
-fn spare_of(light: Radiance, color_tolerance: f32) -> f32 {
-    let earned = color_tolerance * (light.alpha + ADVANCE) - light.error;
-    return max(earned, 0.0) / max(1.0 - light.alpha, LEAST);
+// `off` are the errors of the piece per absorbed light that add up along a ray, and those that are independent.
+fn is_affordable(before: Radiance, absorbed: f32, off: vec2f, color_tolerance: f32) -> bool {
+    let share = absorbed * (1.0 - before.alpha);
+    let allowed = color_tolerance * (before.alpha + share + ADVANCE) - before.error - share * off.x;
+    let own = off.y * LIT_DEVIATIONS * INDEPENDENT;
+    let own_share = share * own;
+    let spread = LIT_DEVIATIONS * LIT_DEVIATIONS * before.shade_variance + own_share * own_share;
+    return off.x + own <= color_tolerance || (allowed >= 0.0 && spread <= allowed * allowed);
 }
 
 const ADVANCE: f32 = 0.1;
@@ -83,18 +83,17 @@ fn may_halve(halvings: u32, done: f32) -> bool {
 // Maximum of `lighting.most_cuts`.
 const MAX_CUTS: u32 = 20u;
 
-// The light of the last front half of each level, and the spare error that it leaves. Outside of the function, which
-// would zero them for each piece.
+// The light of the last front half of each level. Outside of the function, which would zero it for each piece.
 var<private> fronts: array<Radiance, MAX_CUTS + 1u>;
 
 // The piece or, if its error cannot be afforded, its halves one after the other: number `index` of 2^level. Their light
 // is summed in pairs, as there: a sum of thousands one by one would lose light below the last digit.
-fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32, spare: f32) -> Radiance {
+fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32, ray_light: Radiance) -> Radiance {
     var light: Radiance;
     var level = 0u;
     var index = 0u;
     var from_ = vec2f(0.0, piece.f0);
-    var left = spare;
+    var before = ray_light;
     var halvings = 0u;
     loop {
         var part = piece;
@@ -108,7 +107,7 @@ fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32, spare: f32) -> R
         }
         let ends = vec2f(f32(index), f32(index + 1u)) / f32(1u << level);
         let at = vec2f(lerp(range.x, range.y, ends.x), lerp(range.x, range.y, ends.y));
-        let outcome = lit_part(lit, part, at, level == cuts || !may_halve(halvings, ends.y), left);
+        let outcome = lit_part(lit, part, at, level, level == cuts || !may_halve(halvings, ends.y), before);
         if !outcome.is_done {
             halvings++;
             level++;
@@ -116,7 +115,7 @@ fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32, spare: f32) -> R
             continue;
         }
         light = outcome.light;
-        left = spare_behind(left, light, lit.budget.color_tolerance);
+        radiance_over(&before, light);
         // A back half completes its parent, and so does a front half behind which nothing is visible.
         while level > 0u {
             if (index & 1u) == 1u {
@@ -139,21 +138,20 @@ fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32, spare: f32) -> R
     return light;
 }
 
-// The spare error of the parts behind `light`.
-fn spare_behind(spare: f32, light: Radiance, color_tolerance: f32) -> f32 {
-    let left = spare + color_tolerance * light.alpha - light.error;
-    return max(left, 0.0) / max(1.0 - light.alpha, LEAST);
-}
-
-// A part's light, if it is not cut.
-fn lit_part(lit: Lit, part: Segment, range: vec2f, is_last: bool, spare: f32) -> Outcome {
-    let mean = mean_shade(
+// The light of a part of this level, if it is not cut.
+fn lit_part(lit: Lit, part: Segment, range: vec2f, level: u32, is_last: bool, before: Radiance) -> Outcome {
+    var mean = mean_shade(
         lit.shading, part, lit.span, frustum_interpolant_gradient(lit.interpolant, range.x),
         frustum_interpolant_gradient(lit.interpolant, 0.5 * (range.x + range.y)),
         frustum_interpolant_gradient(lit.interpolant, range.y), lit.interpolant.size,
     );
-    if !(is_last || is_affordable(part, lit.span, mean.off, lit.budget.color_tolerance, spare)) {
+    let depth = part.length * max(span_extinction(lit.span, part.f0), span_extinction(lit.span, part.f1));
+    let off = vec2f(mean.rounding, mean.off);
+    if !(is_last || is_affordable(before, min(depth, 1.0), off, lit.budget.color_tolerance)) {
         return Outcome(radiance_none(), false);
     }
-    return Outcome(shaded(lit.shading, part, lit.span, mean, integrate(part, lit.span, lit.budget)), true);
+    let light = integrate(part, lit.span, lit.budget);
+    // All parts of a piece, dense ones by their light, share the rounding of the gradients at the vertices.
+    mean.deviation /= sqrt(max(exp2(-f32(level)), 0.5 * light.alpha));
+    return Outcome(shaded(lit.shading, part, lit.span, mean, light), true);
 }

@@ -7,14 +7,20 @@ struct Radiance {
     alpha: f32,
     error: f32,
     variance: f32,
+    shade_variance: f32,
 }
 
+// Number of standard deviations in the error of a lit pixel.
+const LIT_DEVIATIONS: f32 = 4.0;
+// Standard deviation of an independent error, as a fraction of its estimate.
+const INDEPENDENT: f32 = 0.31;
+
 fn radiance_none() -> Radiance {
-    return Radiance(vec3f(0.0), 0.0, 0.0, 0.0);
+    return Radiance(vec3f(0.0), 0.0, 0.0, 0.0, 0.0);
 }
 
 fn radiance_plain(color: vec3f, alpha: f32) -> Radiance {
-    return Radiance(color * alpha, alpha, 0.0, 0.0);
+    return Radiance(color * alpha, alpha, 0.0, 0.0, 0.0);
 }
 
 fn radiance_over(light: ptr<function, Radiance>, behind: Radiance) {
@@ -23,6 +29,7 @@ fn radiance_over(light: ptr<function, Radiance>, behind: Radiance) {
     (*light).alpha += through * behind.alpha;
     (*light).error += through * behind.error;
     (*light).variance += through * through * behind.variance;
+    (*light).shade_variance += through * through * behind.shade_variance;
 }
 
 struct ErrorBudget {
@@ -70,7 +77,7 @@ fn terms_bend_of_depth(terms: Terms) -> f32 {
 
 fn terms_light(terms: Terms, alpha: f32, weight: f32, error: f32) -> Radiance {
     let color = span_color(terms.span, terms.piece.f1) * alpha - terms.span.color_slope * weight;
-    return Radiance(color, alpha, error, 0.0);
+    return Radiance(color, alpha, error, 0.0, 0.0);
 }
 
 fn terms_skew(terms: Terms, alpha: f32) -> f32 {

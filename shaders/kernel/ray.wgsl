@@ -119,7 +119,7 @@ fn core(ray: ptr<function, Ray>, light: ptr<function, Radiance>, t: Wide, body: 
     let color = params.core * body;
     // Colour, factor and product are rounded.
     let rounded = ROUNDING * largest(color);
-    radiance_over(light, Radiance(color, 1.0, 0.0, rounded * rounded));
+    radiance_over(light, Radiance(color, 1.0, 0.0, rounded * rounded, 0.0));
     return true;
 }
 
@@ -242,7 +242,7 @@ fn piece(
     var behind: Radiance;
     if IS_LIT {
         let lit = Lit(budget, (*ray).shading, span, interpolant);
-        behind = lit_light(lit, segment, range, lighting.max_cuts, spare_of(*light, params.color_tolerance));
+        behind = lit_light(lit, segment, range, lighting.max_cuts, *light);
     } else {
         behind = integrate(segment, span, budget);
     }

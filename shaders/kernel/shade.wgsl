@@ -38,6 +38,7 @@ struct MeanShade {
     shade: Shade,
     tilt: f32,
     off: f32,
+    rounding: f32,
     deviation: f32,
 }
 
@@ -77,8 +78,9 @@ fn ray_shading_mean(s: RayShading, turn: NormalTurn, color: ColorChange, size: f
     let highlight = ray_shading_mean_highlight(s, turn);
     let most = color.brightest * s.diffuse + s.specular;
     let rounded = 4.0 * color.brightest * body.x + 3.0 * s.sharpness * highlight.x;
-    let off = select(body.z + highlight.y + ROUNDING * rounded, most, turn.is_wild);
-    return MeanShade(Shade(body.x, highlight.x), body.y, off, ray_shading_deviation(s, size, turn.size));
+    let off = select(body.z + highlight.y, most, turn.is_wild);
+    let deviation = ray_shading_deviation(s, size, turn.size);
+    return MeanShade(Shade(body.x, highlight.x), body.y, off, ROUNDING * rounded, deviation);
 }
 
 // Factor for the colour, factor for the colour's change, and the error of both.
@@ -118,7 +120,8 @@ fn ray_shading_mean_highlight(s: RayShading, turn: NormalTurn) -> vec2f {
     let variance = cosine.rise * cosine.rise * normal_turn_variance(turn) + cosine.bend * cosine.bend * (1.0 / 45.0);
     let inverse = 1.0 / max(max(level * level, reach * reach), LEAST);
     let bent = 1.0 + 0.5 * sharp * (sharp - 1.0) * variance * inverse;
-    let highlight = clamp(power(level, sharp) * bent, 0.0, 1.0);
+    let powered = power(level, sharp);
+    let highlight = clamp(powered * bent, 0.0, 1.0);
     let x2 = sharp * turn.angle2;
     let root = sqrt(sharp);
     let x = root * turn.angle;
@@ -128,8 +131,10 @@ fn ray_shading_mean_highlight(s: RayShading, turn: NormalTurn) -> vec2f {
     let near2 = near * near;
     let centre = 0.03 * abs(turn.spread.centre) * x + 0.008 * root * turn.bend_length;
     let turned = x2 * ((1.0 / 700.0) * x2 + centre) + sharp * turn.along;
-    let slope = 0.61 * (turn.spread.error_bound * x + root * turn.across);
-    let unsure = 0.25 * turn.spread.error_bound * x2;
+    let bound = turn.spread.error_bound;
+    let local = sharp * powered / max(level, LEAST) * cosine_swing(cosine) + 0.5 * bound * x2;
+    let slope = bound * min(local, 0.61 * x) + 0.61 * root * turn.across;
+    let unsure = 0.25 * bound * x2;
     let across = max(reach + 0.02 * turn.angle2 + turn.across - level, 0.0);
     let beside = 0.01 * reach * reach * reach * inverse;
     var blunt = select(across * reach, 0.5 * across + beside, sharp < 2.0);
@@ -149,14 +154,16 @@ fn ray_shading_deviation(s: RayShading, mixed_of: f32, size: f32) -> f32 {
 }
 
 fn ray_shading_apply(s: RayShading, light: Radiance, mean: MeanShade, change: vec3f) -> Radiance {
-    let deviation = mean.deviation * light.alpha;
+    let deviation = light.alpha * mean.deviation;
+    let off = light.alpha * mean.off * INDEPENDENT;
     let body = mean.shade.body;
     let scale = max(body, 1.0);
     return Radiance(
         light.color * body + light.alpha * (mean.shade.highlight + mean.tilt * change),
         light.alpha,
-        light.error * body + light.alpha * mean.off,
+        light.error * body + light.alpha * mean.rounding,
         light.variance * scale * scale + deviation * deviation,
+        light.shade_variance + off * off,
     );
 }
 

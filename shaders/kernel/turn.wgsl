@@ -3,6 +3,8 @@
 
 struct LightSpread {
     centre: f32,
+    // Mean square of the distance from the middle.
+    second: f32,
     error_bound: f32,
     // Fraction of the piece, from its start, in which most of the light is.
     extent: f32,
@@ -57,7 +59,7 @@ fn normal_turn_of(at_a: vec3f, at_m: vec3f, at_b: vec3f, eps: f32, spread: Light
     }
     let rise = n_b - n_a;
     let bend = (n_a - n_m) + (n_b - n_m);
-    let mean = n_m + bend * (1.0 / 6.0);
+    let mean = n_m + bend * (2.0 * spread.second);
     let rise2 = dot(rise, rise);
     let bend2 = dot(bend, bend);
     let angle2 = rise2 + bend2 + 2.0 * abs(dot(rise, bend));
@@ -88,7 +90,7 @@ fn normal_turn_cosine(turn: NormalTurn, direction: vec3f) -> Cosine {
 }
 
 fn normal_turn_variance(turn: NormalTurn) -> f32 {
-    return 1.0 / 12.0 - turn.spread.centre * turn.spread.centre;
+    return max(turn.spread.second - turn.spread.centre * turn.spread.centre, 0.0);
 }
 
 fn cosine_largest(c: Cosine) -> f32 {

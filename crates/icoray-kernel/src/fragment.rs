@@ -50,7 +50,7 @@ impl Fragment {
             color,
             alpha: absorbed as f32,
             error: (light.error.wide() + stored) as f32,
-            variance: light.variance.wide() as f32,
+            variance: light.total_variance().wide() as f32,
             surfaces,
         }
     }
@@ -63,6 +63,7 @@ impl Fragment {
             alpha: self.alpha.into(),
             error: self.error.into(),
             variance: self.variance.into(),
+            shade_variance: 0.0,
         }
     }
 

@@ -10,23 +10,38 @@ pub struct Radiance<T> {
     pub color: [T; 3],
     /// The part of the light from behind that is absorbed, 0 to 1.
     pub alpha: T,
-    /// Largest error of a channel of `color`, without rounding.
+    /// Largest error of a channel of `color`, without rounding and shades.
     pub error: T,
-    /// Variance of `color` and `absorbed` due to rounding, as if each piece were rounded independently.
+    /// Variance of `color` and `alpha` due to rounding, as if each piece had its own.
     pub variance: T,
+    /// Variance of `color` due to the estimated errors of lit pieces, as if they were independent.
+    pub shade_variance: T,
 }
+
+/// Number of standard deviations in the error of an unlit pixel. The standard deviation of a
+/// rounding is replaced by its largest size, which is 1.7 times larger. With 4 of them, 3 of 830,000 pixels of random
+/// unlit scenes in single precision were farther off than their error, by at most 1.2 times.
+pub const DEVIATIONS: f64 = 5.0;
+/// The same of a lit pixel, whose error is an estimate in any case: a fifth would put pixels of flat parts of fields
+/// above the tolerance.
+pub const LIT_DEVIATIONS: f64 = 4.0;
+/// Standard deviation of an independent error, as a fraction of its estimate. In the error of a pixel, `LIT_DEVIATIONS`
+/// of them are 1.24 times the estimate, since neighbouring pieces may err alike; with 1 instead, 3 of 77,000 pixels of
+/// the hardest lit scenes were farther off than their error, by up to 1.13 times.
+pub const INDEPENDENT: f64 = 0.31;
 
 impl<T: Real> Radiance<T> {
     /// No light, nothing absorbed.
     #[inline]
     pub fn none() -> Self {
-        Radiance { color: [T::zero(); 3], alpha: T::zero(), error: T::zero(), variance: T::zero() }
+        Radiance::plain([T::zero(); 3], T::zero())
     }
 
     /// Light of one colour, without error.
     #[inline]
     pub fn plain(color: [T; 3], alpha: T) -> Self {
-        Radiance { color: color.map_inline(|c| c * alpha), alpha, error: T::zero(), variance: T::zero() }
+        let [error, variance, shade_variance] = [T::zero(); 3];
+        Radiance { color: color.map_inline(|c| c * alpha), alpha, error, variance, shade_variance }
     }
 
     /// The light in double precision.
@@ -37,7 +52,20 @@ impl<T: Real> Radiance<T> {
             alpha: self.alpha.wide(),
             error: self.error.wide(),
             variance: self.variance.wide(),
+            shade_variance: self.shade_variance.wide(),
         }
+    }
+
+    /// The largest error of a channel of a lit or unlit pixel, with that of shades and rounding.
+    #[inline]
+    pub fn total_error(&self, is_lit: bool) -> T {
+        self.error + T::of(if is_lit { LIT_DEVIATIONS } else { DEVIATIONS }) * self.total_variance().sqrt()
+    }
+
+    /// The variance of `color` by rounding and by the errors of lit pieces.
+    #[inline]
+    pub fn total_variance(&self) -> T {
+        self.variance + self.shade_variance
     }
 
     /// The fraction of the light from behind that passes, 0 to 1.
@@ -68,5 +96,6 @@ impl<T: Real> Radiance<T> {
         self.alpha = self.alpha + through * behind.alpha;
         self.error = self.error + through * behind.error;
         self.variance = self.variance + through * through * behind.variance;
+        self.shade_variance = self.shade_variance + through * through * behind.shade_variance;
     }
 }

@@ -2,6 +2,7 @@
 //! the ray's remaining budget.
 
 use super::column::Values;
+use super::light::{INDEPENDENT, LIT_DEVIATIONS};
 use super::piece::{ErrorBudget, Radiance, integrate};
 use super::segment::Segment;
 use super::shade::{ColorChange, MeanShade, RayShading};
@@ -46,7 +47,9 @@ impl<T: Real, const N: usize> FrustumInterpolant<T, N> {
 pub struct LightSpread<T> {
     /// The light's centre, from the piece's middle as a fraction of the piece.
     pub centre: T,
-    /// Error of the centre.
+    /// Mean square of the distance from the middle.
+    pub second: T,
+    /// Error of both.
     pub error_bound: T,
     /// Fraction of the piece, from its start, in which most of the light is.
     pub extent: T,
@@ -66,7 +69,7 @@ impl<T: Real> LightSpread<T> {
         let bent = (span.extinction_slope() * piece.kappa).abs() / sum;
         let error_bound = (T::of(0.02) * depth * depth + T::of(0.2) * bent).min(T::of(0.5));
         let extent = T::one() / depth.max(T::one());
-        LightSpread { centre: T::of(1.0 / 6.0) * rise - forward, error_bound, extent }
+        LightSpread { centre: T::of(1.0 / 6.0) * rise - forward, second: T::of(1.0 / 12.0), error_bound, extent }
     }
 }
 
@@ -106,23 +109,19 @@ pub fn shaded<T: Real>(
     shading.apply(light, mean, [*r * rise, *g * rise, *b * rise], deviation)
 }
 
-/// Whether a piece need not be cut: the part of the error of its shade above `color_tolerance` of its light is within
-/// `spare`.
+/// Whether a piece that absorbs at most `absorbed` of the light that reaches it need not be cut. `off` are its errors
+/// per absorbed light: those that add up along a ray, and those that are independent. Either they are within
+/// `color_tolerance`, or the errors of the ray, which has the light `before` it, stay with them within that tolerance of
+/// the light with the piece and the [advance](ADVANCE), for any order of its hard pieces.
 #[inline(always)]
-pub fn is_affordable<T: Real>(piece: &Segment<T>, span: &Span<T>, off: T, color_tolerance: T, spare: T) -> bool {
-    // An upper bound of the light that the piece absorbs.
-    let depth = piece.length * span.extinction(piece.f0).max(span.extinction(piece.f1));
-    (off - color_tolerance) * depth.min(T::one()) <= spare
-}
-
-/// The error that a ray with this `light` may spend on its next piece beyond `color_tolerance` of that piece's light,
-/// as a fraction of the light that passes: the unspent error of the previous pieces, and an advance for the first ones.
-/// So the errors along a ray add up to no more than `color_tolerance` times its light and the advance, for any order of
-/// its hard pieces.
-#[inline(always)]
-pub fn spare<T: Real>(light: &Radiance<T>, color_tolerance: T) -> T {
-    let earned = color_tolerance * (light.alpha + T::of(ADVANCE)) - light.error;
-    earned.max(T::zero()) / light.transmittance().max(T::min_positive_value())
+pub fn is_affordable<T: Real>(before: &Radiance<T>, absorbed: T, off: [T; 2], color_tolerance: T) -> bool {
+    let share = absorbed * before.transmittance();
+    let [shared, own] = off;
+    let allowed = color_tolerance * (before.alpha + share + T::of(ADVANCE)) - before.error - share * shared;
+    let own = own * T::of(LIT_DEVIATIONS * INDEPENDENT);
+    let own_share = share * own;
+    let spread = T::of(LIT_DEVIATIONS * LIT_DEVIATIONS) * before.shade_variance + own_share * own_share;
+    shared + own <= color_tolerance || (allowed >= T::zero() && spread <= allowed * allowed)
 }
 
 /// Fraction of the tolerance of all colours that the first pieces of a ray may spend in advance.
@@ -141,7 +140,8 @@ pub fn may_halve(halvings: u32, done: f64) -> bool {
 
 /// The budget for the remaining parts of a piece.
 struct Rest<T> {
-    spare: T,
+    /// The light of the ray before the next part.
+    before: Radiance<T>,
     halvings: u32,
     /// The whole piece's range of the interpolant.
     range: [T; 2],
@@ -172,12 +172,12 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
     /// Maximum depth of nested cuts of a piece.
     pub const MAX_CUTS: u32 = 20;
 
-    /// The light of `piece`, which is `range` of the interpolant, if the ray has [`spare`] error to spend. The piece is
-    /// cut until its error is affordable, with at most `cuts` nested cuts and as many halvings as [`may_halve`]
-    /// permits.
+    /// The light of `piece`, which is `range` of the interpolant, on a ray that has the light `before` it. The piece is
+    /// cut until its error [is affordable](is_affordable), with at most `cuts` nested cuts and as many halvings as
+    /// [`may_halve`] permits.
     #[inline]
-    pub fn light(&self, piece: &Segment<T>, range: [T; 2], cuts: u32, spare: T) -> Radiance<T> {
-        let mut rest = Rest { spare, halvings: 0, range, through: T::one(), deviation: T::zero() };
+    pub fn light(&self, piece: &Segment<T>, range: [T; 2], cuts: u32, before: &Radiance<T>) -> Radiance<T> {
+        let mut rest = Rest { before: *before, halvings: 0, range, through: T::one(), deviation: T::zero() };
         let mut light = self.part(piece, range, cuts, &mut rest);
         light.variance = light.variance + rest.deviation * rest.deviation;
         light
@@ -191,7 +191,10 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
         let gradients = places.map_inline(|u| self.interpolant.gradient(u));
         let mean = mean_shade(self.shading, piece, self.span, &gradients);
         let color_tolerance = self.allowance.color_tolerance;
-        if cuts > 0 && !is_affordable(piece, self.span, mean.off, color_tolerance, rest.spare) {
+        // An upper bound of the light that the piece absorbs.
+        let depth = piece.length * self.span.extinction(piece.f0).max(self.span.extinction(piece.f1));
+        let off = [mean.rounding, mean.off];
+        if cuts > 0 && !is_affordable(&rest.before, depth.min(T::one()), off, color_tolerance) {
             let [from, to] = rest.range;
             if may_halve(rest.halvings, ((range[1] - from) / (to - from)).wide()) {
                 rest.halvings += 1;
@@ -208,8 +211,7 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
         let turned = (deviation - rounded).max(T::zero());
         rest.deviation = rest.deviation + rest.through * light.alpha * turned;
         rest.through = rest.through * light.transmittance();
-        let left = rest.spare + color_tolerance * light.alpha - light.error;
-        rest.spare = left.max(T::zero()) / light.transmittance().max(T::min_positive_value());
+        rest.before.over(&light);
         light
     }
 

@@ -93,7 +93,7 @@ impl<'p, T: Real> Terms<'p, T> {
     fn light(&self, absorbed: T, weight: T, error: T) -> Radiance<T> {
         let (c1, s) = (self.span.color(self.piece.f1), self.span.color_slope());
         let color = [0, 1, 2].map_inline(|k| c1[k] * absorbed - s[k] * weight);
-        Radiance { color, alpha: absorbed, error, variance: T::zero() }
+        Radiance { color, alpha: absorbed, error, ..Radiance::none() }
     }
 
     /// Error of W from taking the bend as constant: that of f is at most `0.05 |κε|/(1 + ε)`, that of T at most `L |m

@@ -15,6 +15,7 @@
 //! polynomial times `e^-y` is no more than `(1.3 - y/12)⁴` of its largest value, and less than 1/1700 of that beyond y
 //! = 14. Powers below 2 have a kink where n is across h, like the body; powers below 6 are not small there.
 
+use super::light::INDEPENDENT;
 use super::piece::Radiance;
 use super::turn::{NormalTurn, direction, dot};
 use glam::DVec3;
@@ -77,8 +78,10 @@ pub struct MeanShade<T> {
     pub shade: Shade<T>,
     /// Factor for the change of the colour from the piece's start to its end, added per absorbed light.
     pub tilt: T,
-    /// Error of a channel per absorbed light.
+    /// Error of a channel per absorbed light, without rounding.
     pub off: T,
+    /// The part of rounding, which is alike in neighbouring pieces.
+    pub rounding: T,
     /// Size of the gradients where most of the light is.
     pub size: T,
 }
@@ -155,8 +158,9 @@ impl<T: Real> RayShading<T> {
         let most = color.brightest * self.diffuse + self.specular;
         // A mean cosine has an error of two last digits, and its power that times the exponent.
         let rounded = T::of(4.0) * color.brightest * body + T::of(3.0) * self.sharpness * highlight;
-        let off = if turn.is_wild { most } else { dim + faint + T::of(T::ROUNDING) * rounded };
-        MeanShade { shade: Shade { body, highlight }, tilt, off, size: turn.size }
+        let off = if turn.is_wild { most } else { dim + faint };
+        let rounding = T::of(T::ROUNDING) * rounded;
+        MeanShade { shade: Shade { body, highlight }, tilt, off, rounding, size: turn.size }
     }
 
     /// Factor for the colour, factor for the colour's change, and the error of both.
@@ -199,7 +203,8 @@ impl<T: Real> RayShading<T> {
         let variance = cosine.rise * cosine.rise * turn.variance() + cosine.bend * cosine.bend * T::of(1.0 / 45.0);
         let inverse = one / (level * level).max(reach * reach).max(T::min_positive_value());
         let bent = one + T::of(0.5) * s * (s - one) * variance * inverse;
-        let highlight = (level.power(s) * bent).max(zero).min(one);
+        let power = level.power(s);
+        let highlight = (power * bent).max(zero).min(one);
         // Angles in widths of the highlight.
         let (x2, root) = (s * turn.angle2, s.sqrt());
         let x = root * turn.angle;
@@ -210,8 +215,11 @@ impl<T: Real> RayShading<T> {
         let near = near2 * near2;
         let centre = T::of(0.03) * turn.spread.centre.abs() * x + T::of(0.008) * root * turn.bend_length;
         let turned = x2 * (T::of(1.0 / 700.0) * x2 + centre) + s * turn.along;
-        let slope = T::of(0.61) * (turn.spread.error_bound * x + root * turn.across);
-        let unsure = T::of(0.25) * turn.spread.error_bound * x2;
+        let bound = turn.spread.error_bound;
+        // The highlight's slope along the piece: at its mean normal and to second order, or the steepest.
+        let local = s * power / level.max(T::min_positive_value()) * cosine.swing() + T::of(0.5) * bound * x2;
+        let slope = bound * local.min(T::of(0.61) * x) + T::of(0.61) * root * turn.across;
+        let unsure = T::of(0.25) * bound * x2;
         let across = (reach + T::of(0.02) * turn.angle2 + turn.across - level).max(zero);
         let beside = T::of(0.01) * reach * reach * reach * inverse;
         let blunt = if s < two { T::of(0.5) * across + beside } else { across * reach };
@@ -221,17 +229,18 @@ impl<T: Real> RayShading<T> {
     }
 
     /// `light` with the shade `mean`; its colour changes by `change` from start to end. The shade's own deviation
-    /// ([`RayShading::deviation_of`]) is added to that of the light.
+    /// ([`RayShading::deviation_of`]) and its error are added to the variances of the light.
     #[inline(always)]
     pub fn apply(&self, mut light: Radiance<T>, mean: &MeanShade<T>, change: [T; 3], deviation: T) -> Radiance<T> {
         let Shade { body, highlight } = mean.shade;
         for (channel, change) in light.color.iter_mut().zip(change) {
             *channel = *channel * body + light.alpha * (highlight + mean.tilt * change);
         }
-        light.error = light.error * body + light.alpha * mean.off;
-        let deviation = deviation * light.alpha;
+        light.error = light.error * body + light.alpha * mean.rounding;
+        let [deviation, off] = [deviation, mean.off * T::of(INDEPENDENT)].map_inline(|own| light.alpha * own);
         let scale = body.max(T::one());
         light.variance = light.variance * scale * scale + deviation * deviation;
+        light.shade_variance = light.shade_variance + off * off;
         light
     }
 

@@ -84,7 +84,7 @@ impl<T: Real> NormalTurn<T> {
         let rise = [nb[0] - na[0], nb[1] - na[1], nb[2] - na[2]];
         let second = |a: &[T; 3], m: &[T; 3], b: &[T; 3], k: usize| (a[k] - m[k]) + (b[k] - m[k]);
         let bend = [0, 1, 2].map_inline(|k| second(&na, &nm, &nb, k));
-        let mean = [0, 1, 2].map_inline(|k| nm[k] + bend[k] * T::of(1.0 / 6.0));
+        let mean = [0, 1, 2].map_inline(|k| nm[k] + bend[k] * two * spread.second);
         let (rise2, bend2) = (dot(&rise, &rise), dot(&bend, &bend));
         let angle2 = rise2 + bend2 + two * dot(&rise, &bend).abs();
         let (angle, bend_length) = (angle2.sqrt(), bend2.sqrt());
@@ -125,7 +125,7 @@ impl<T: Real> NormalTurn<T> {
     /// The ratio of the variance over the piece's light to the square of a difference between the ends.
     #[inline(always)]
     pub fn variance(&self) -> T {
-        T::of(1.0 / 12.0) - self.spread.centre * self.spread.centre
+        (self.spread.second - self.spread.centre * self.spread.centre).max(T::zero())
     }
 }
 

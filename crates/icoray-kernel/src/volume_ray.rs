@@ -2,7 +2,7 @@
 
 use crate::budget::Budget;
 use crate::column::Flow;
-use crate::lit::{FrustumInterpolant, Lit, spare};
+use crate::lit::{FrustumInterpolant, Lit};
 use crate::piece::{ErrorBudget, Radiance, integrate};
 use crate::roundoff::{KnotCrossing, MediumSample, Roundoff};
 use crate::segment::Segment;
@@ -207,7 +207,7 @@ impl<'v, T: Real> VolumeRay<'v, T> {
                     gradient_size: self.gradient_size,
                 };
                 let cuts = if self.is_coarse { 0 } else { Lit::<T, N>::MAX_CUTS };
-                lit.light(piece, range, cuts, spare(&self.light, self.color_tolerance))
+                lit.light(piece, range, cuts, &self.light)
             }
             _ => integrate(self.method, piece, span, &allowance),
         };

@@ -8,7 +8,7 @@ use glam::DVec3;
 use icoray::device::Span;
 use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Method, Renderer, Scene, Stretch, Traversal};
 use icoray_kernel::lit::{FrustumInterpolant, Lit};
-use icoray_kernel::piece::{self, ErrorBudget};
+use icoray_kernel::piece::{self, ErrorBudget, Radiance};
 use icoray_kernel::segment::Segment;
 use icoray_kernel::shade;
 use std::ops::ControlFlow;
@@ -166,7 +166,7 @@ fn integrate_lit(bencher: Bencher, turn: f32) {
         let (piece, interpolant) = (black_box(piece(0.05)), &black_box(interpolant));
         let (method, allowance, span) = (Method::Exact, &ALLOWANCE, &SPAN);
         let lit = Lit::<f32, 4> { method, allowance, shading, span, interpolant, gradient_size: 0.0 };
-        lit.light(&piece, [0.0, 1.0], Lit::<f32, 4>::MAX_CUTS, 0.0)
+        lit.light(&piece, [0.0, 1.0], Lit::<f32, 4>::MAX_CUTS, &Radiance::none())
     };
     bencher.counter(ItemsCount::new(1usize)).bench_local(one);
 }

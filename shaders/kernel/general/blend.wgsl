@@ -58,35 +58,29 @@ fn volume_colors(piece: VolumePiece) -> VolumeColors {
     return VolumeColors(at, mat2x3f(span.color_slope * slopes.x, span.color_slope * slopes.y));
 }
 
-// Colours with the mean shade of their volume, the light that it absorbs, and the error and the standard deviation of
-// the shade.
+// Colours with the mean shade of their volume, the light that it absorbs, and the shade's error, that by
+// rounding, and its standard deviation.
 struct ShadedColors {
     color: VolumeColors,
     absorbed: f32,
-    off: f32,
-    deviation: f32,
+    off: vec3f,
 }
 
-// `through` is the transmittance in the middle and at the end, `unseen` the relative error of the absorption of all
-// volumes at the three places; `at` are the gradients there, mixed from gradients of `size`.
+// `at` are the gradients at the three places, mixed from gradients of `size`.
 fn volume_shade(
     shading: RayShading,
     piece: VolumePiece,
-    extinction: vec3f,
+    depths: VolumeDepths,
     own: VolumeColors,
-    through: vec2f,
-    unseen: f32,
+    fading: Fading,
     at: mat3x3f,
     size: f32,
 ) -> ShadedColors {
     let colors = own.at;
-    let a = extinction.x;
-    let m = extinction.y * through.x;
-    let b = extinction.z * through.y;
+    let absorbs = faded(depths.extinction, depths.thickening, fading);
     // The three places may miss dense media entirely.
-    let share = (a + 4.0 * m + b) * (1.0 / 6.0) + LEAST;
-    let bent = abs((a - m) + (b - m)) / share;
-    let spread = LightSpread((b - a) / (12.0 * share), min(0.2 * bent + 0.5 * unseen, 0.5), 1.0);
+    let share = (absorbs.values.x + 4.0 * absorbs.values.y + absorbs.values.z) * (1.0 / 6.0) + LEAST;
+    let spread = nodes_spread(absorbs, fading);
     let rise = colors[2] - colors[0];
     let bends = abs(colors[0] - colors[1] - colors[1] + colors[2]);
     let bend = 2.0 * max(bends.x, max(bends.y, bends.z));
@@ -97,7 +91,7 @@ fn volume_shade(
     let added = rise * shade.tilt + vec3f(shade.shade.highlight);
     let body = shade.shade.body;
     let lit = mat3x3f(colors[0] * body + added, colors[1] * body + added, colors[2] * body + added);
-    return ShadedColors(VolumeColors(lit, own.tints * body), share, shade.off, shade.deviation);
+    return ShadedColors(VolumeColors(lit, own.tints * body), share, vec3f(shade.off, shade.rounding, shade.deviation));
 }
 
 // All volumes at the three places of a piece: extinction, and colour times extinction; their slopes at its start and end;
@@ -134,10 +128,60 @@ fn mixture_and(mixture: Mixture, depths: VolumeDepths, color: VolumeColors, piec
     );
 }
 
-// The relative error of the absorption of volumes with these rates at the three places of a piece.
-fn unseen_of(rates: vec3f, through: vec2f, length: f32, absorbed: f32) -> f32 {
-    let seen = length * (rates.x + 4.0 * rates.y * through.x + rates.z * through.y) * (1.0 / 6.0);
-    return abs(seen / max(absorbed, LEAST) - 1.0);
+// The light that passes all volumes of a piece.
+struct Fading {
+    // Transmittance to the middle and to the end.
+    through: vec2f,
+    // Extinction at the start and the end, times the length of the piece.
+    rates: vec2f,
+    // Factors by which coefficients two to four degrees higher come.
+    growth: vec3f,
+    // Relative error of the absorption as it follows from the three places.
+    unseen: f32,
+}
+
+fn growth_of(rates: vec3f, length: f32, depth: f32, eps: f32) -> vec3f {
+    let tilt = 0.25 * length * max(abs(rates.y - rates.x), abs(rates.z - rates.y));
+    let uneven = eps / (1.0 - 0.5 * eps);
+    let bent = length * abs(rates.x - rates.y - rates.y + rates.z) * (1.0 / 12.0);
+    let e2 = 0.05 * depth * depth + tilt + 0.75 * uneven * uneven;
+    return vec3f(e2, bent + e2 * sqrt(e2), bent * (0.25 * depth + uneven) + e2 * e2);
+}
+
+// A function at the three places, and its slopes at the start and the end.
+struct Nodes {
+    values: vec3f,
+    slopes: vec2f,
+}
+
+// The function with these values and slopes, weighted by the transmittance.
+fn faded(values: vec3f, slopes: vec2f, fading: Fading) -> Nodes {
+    let faded_slopes = slopes - fading.rates * values.xz;
+    return Nodes(values * vec3f(1.0, fading.through), faded_slopes * vec2f(1.0, fading.through.y));
+}
+
+// Its mean, exact to the fifth degree.
+fn nodes_mean(n: Nodes) -> f32 {
+    return (7.0 * (n.values.x + n.values.z) + 16.0 * n.values.y) / 30.0 + (n.slopes.x - n.slopes.y) / 60.0;
+}
+
+// The distribution of light that is absorbed like this.
+fn nodes_spread(n: Nodes, fading: Fading) -> LightSpread {
+    let ends = n.values.x + n.values.z;
+    let rise = n.values.z - n.values.x;
+    let bend = ends - 2.0 * n.values.y;
+    let slopes = n.slopes.x + n.slopes.y;
+    let inverse = 1.0 / max(nodes_mean(n), LEAST);
+    let first = 0.1 * rise - slopes * (1.0 / 120.0);
+    let second = n.values.y * (2.0 / 105.0) + ends * (9.0 / 280.0) + (n.slopes.x - n.slopes.y) * (1.0 / 560.0);
+    let a3 = abs(0.25 * (rise - 0.5 * slopes));
+    let a4 = abs(0.5 * (bend - 0.25 * (n.slopes.y - n.slopes.x)));
+    let e = fading.growth;
+    let missed = e.x * (a4 + a3 + n.values.y * e.y) + abs(0.5 * bend) * e.y + abs(0.5 * rise) * e.z;
+    let error_bound = ((12.0 / 105.0) * missed + 0.02 * abs(bend)) * inverse + 0.5 * fading.unseen;
+    return LightSpread(
+        clamp(first * inverse, -0.5, 0.5), clamp(second * inverse, 0.0, 0.25), min(error_bound, 0.5), 1.0,
+    );
 }
 
 // The mean colour of the absorbed light, its error, and the difference of the colours.
@@ -175,13 +219,8 @@ fn mixture_mean(mixture: Mixture, through: vec2f, depth: f32, absorbed: f32) -> 
     let a2 = largest(abs(0.5 * bend));
     let a3 = largest(abs(0.25 * (rise - 0.5 * (from_ + to))));
     let a4 = largest(abs(0.5 * (bend - 0.25 * (to - from_))));
-    let tilt = 0.25 * mixture.length * max(abs(rates.y - rates.x), abs(rates.z - rates.y));
-    let uneven = mixture.eps / (1.0 - 0.5 * mixture.eps);
-    let bent = mixture.length * abs(rates.x - rates.y - rates.y + rates.z) * (1.0 / 12.0);
-    let e2 = 0.05 * depth * depth + tilt + 0.75 * uneven * uneven;
-    let e3 = bent + e2 * sqrt(e2);
-    let e4 = bent * (0.25 * depth + uneven) + e2 * e2;
-    let missed = e2 * (a4 + a1 * e3) + a3 * e3 + a2 * e4;
+    let e = growth_of(rates, mixture.length, depth, mixture.eps);
+    let missed = e.x * (a4 + a1 * e.y) + a3 * e.y + a2 * e.z;
     let spread = mixture_spread(mixture);
     let longer = mixture.length / max(absorbed, LEAST);
     let off = missed * longer * (24.0 / 105.0) + spread * abs(longer * whole.w - 1.0);
@@ -237,38 +276,44 @@ fn mixture_spread(mixture: Mixture) -> f32 {
     return largest(max(high - low, vec3f(0.0))) + 0.25 * largest(steepest);
 }
 
-// The light of all volumes on a piece, and the error of the colour per absorbed light for which the piece is halved.
+// The light of all volumes on a piece, and the errors of the colour per absorbed light for which the piece is halved:
+// that which adds up along a ray, and that which is independent.
 struct Blend {
     light: Radiance,
-    off: f32,
-    // Whether that is no more than its rounding error.
+    off: vec2f,
+    // Whether these are no more than its rounding error.
     is_rounding: bool,
 }
 
-// `rounds` is the rounding error of the colours and of the optical depth `depth`, `shade` the error and the standard
-// deviation of shades per absorbed light.
-fn blend_of(mixture: Mixture, depth: f32, through: vec2f, rounds: vec2f, shade: vec2f) -> Blend {
+// `rounds` is the rounding error of the colours and of the optical depth `depth`, `shade` the error of shades
+// per absorbed light, that by rounding, and their standard deviation.
+fn blend_of(mixture: Mixture, depth: f32, through: vec2f, rounds: vec2f, shade: vec3f) -> Blend {
     let absorbed = absorbed_by(depth);
     let mean = mixture_mean(mixture, through, depth, absorbed);
     // Errors of extinctions change the mixture of colours.
     let rounded = rounds.x + mean.spread * min(rounds.y / max(depth, LEAST), 1.0);
     // In dense pieces the centre of the light is less certain.
-    let total = mean.off + select(3.0, 1.0, depth <= THIN) * shade.x;
-    // Coarse light is not halved for the error of its shades.
-    var off = mean.off;
-    if !IS_LIT || lighting.max_cuts > 0u {
-        off = total;
-    }
+    let shade_off = select(3.0, 1.0, depth <= THIN) * shade.x;
+    // Under light, the errors of pieces are estimates that are added as independent ones.
+    let estimate = sqrt(shade_off * shade_off + 0.25 * mean.off * mean.off);
+    let off = select(vec2f(mean.off, 0.0), vec2f(shade.y, estimate), IS_LIT);
     let off_by = min(rounds.y * through.y + absorbed * (rounded + ROUNDING), 1.0);
-    let shaded = absorbed * shade.y;
-    let light = Radiance(mean.color * absorbed, absorbed, absorbed * total, off_by * off_by + shaded * shaded);
-    return Blend(light, off, off <= rounded);
+    let turned = absorbed * shade.z;
+    let deviation = absorbed * off.y * INDEPENDENT;
+    let variance = off_by * off_by + turned * turned;
+    let light = Radiance(mean.color * absorbed, absorbed, absorbed * off.x, variance, deviation * deviation);
+    var cut_for = off;
+    // Coarse light is not halved for the error of its shades.
+    if IS_LIT && lighting.max_cuts == 0u {
+        cut_for.y = 0.5 * mean.off;
+    }
+    return Blend(light, cut_for, cut_for.x + cut_for.y <= rounded);
 }
 
 // The smallest difference of colours that rounding in single precision leaves.
 const LEAST_TOLERANCE: f32 = 8.0 * ROUNDING;
 
-// Whether the ray cannot afford the error of the piece, from the unspent error of previous pieces and an advance.
+// Whether the ray cannot afford the error of the piece.
 fn blend_is_far(blend: Blend, light: Radiance) -> bool {
     var color_tolerance = params.color_tolerance;
     if !IS_LIT {
@@ -276,7 +321,5 @@ fn blend_is_far(blend: Blend, light: Radiance) -> bool {
         color_tolerance *= 0.95 / (1.0 + ADVANCE);
     }
     color_tolerance = max(color_tolerance, LEAST_TOLERANCE);
-    let earned = max((light.alpha + ADVANCE) * color_tolerance - light.error, 0.0);
-    let through = max(1.0 - light.alpha, LEAST);
-    return !blend.is_rounding && (blend.off - color_tolerance) * blend.light.alpha * through > earned;
+    return !blend.is_rounding && !is_affordable(light, blend.light.alpha, blend.off, color_tolerance);
 }

@@ -114,28 +114,36 @@ struct VolumeSums {
     // Optical depths of the pieces and of their first halves.
     depth: f32,
     front: f32,
-    // Extinctions at the three places, and the length of the pieces.
+    // Extinctions at the three places, and their slopes at the ends.
     rates: vec3f,
+    thickening: vec2f,
+    // Length of the pieces, and relative change of height along them.
     length: f32,
+    eps: f32,
     // Rounding errors of colours and of the optical depth.
     rounds: vec2f,
-    // Absorbed light, and the error of shades times that.
+    // Absorbed light, and the errors of shades (as in ShadedColors) times that.
     absorbed: f32,
-    shade_off: f32,
-    // Standard deviation of shades times that.
-    deviation: f32,
+    shade_off: vec3f,
 }
 
 // The light of all volumes on their pieces, which are `range` of the frustum.
 fn volumes_blend(shading: RayShading, range: vec2f) -> Blend {
-    var sums = VolumeSums(mixture_none(), 0.0, 0.0, vec3f(0.0), 0.0, vec2f(0.0), 0.0, 0.0, 0.0);
+    var sums = VolumeSums(
+        mixture_none(), 0.0, 0.0, vec3f(0.0), vec2f(0.0), 0.0, 0.0, vec2f(0.0), 0.0, vec3f(0.0),
+    );
 #volume     volume_add(VOLUMEu, &sums);
     let through = 1.0 - vec2f(absorbed_by(sums.front), absorbed_by(sums.depth));
     if IS_LIT {
-        let unseen = unseen_of(sums.rates, through, sums.length, absorbed_by(sums.depth));
-#volume         volume_add_lit(VOLUMEu, &sums, shading, through, unseen, range);
+        let growth = growth_of(sums.rates, sums.length, sums.depth, sums.eps);
+        var fading = Fading(through, sums.rates.xz * sums.length, growth, 0.0);
+        let seen = sums.length * nodes_mean(faded(sums.rates, sums.thickening, fading));
+        fading.unseen = abs(seen / max(absorbed_by(sums.depth), LEAST) - 1.0);
+#volume         volume_add_lit(VOLUMEu, &sums, shading, fading, range);
     }
-    let shade = vec2f(sums.shade_off, sums.deviation) / max(sums.absorbed, LEAST);
+    var shade = sums.shade_off / max(sums.absorbed, LEAST);
+    // All parts of a frustum share the rounding of the gradients at its vertices.
+    shade.z /= sqrt(max(range.y - range.x, LEAST_PART));
     return blend_of(sums.mixture, sums.depth, through, sums.rounds, shade);
 }
 
@@ -148,7 +156,9 @@ fn volume_add(volume: u32, sums: ptr<function, VolumeSums>) {
     (*sums).depth += depths.whole;
     (*sums).front += depths.front;
     (*sums).rates += depths.extinction;
+    (*sums).thickening += depths.thickening;
     (*sums).length = piece.extinction.length;
+    (*sums).eps = abs(piece.extinction.eps);
     let slope = abs(spans[piece.extinction_span].extinction_slope);
     (*sums).rounds.y += piece.extinction.length * slope * segment_reach(piece.extinction);
     (*sums).rounds.x = max((*sums).rounds.x, spans[piece.color_span].steepest * segment_reach(piece.color));
@@ -161,8 +171,7 @@ fn volume_add_lit(
     volume: u32,
     sums: ptr<function, VolumeSums>,
     shading: RayShading,
-    through: vec2f,
-    unseen: f32,
+    fading: Fading,
     range: vec2f,
 ) {
     if !is_seen(volume) || is_dark(volume) {
@@ -176,9 +185,8 @@ fn volume_add_lit(
         frustum_interpolant_gradient(course, 0.5 * (range.x + range.y)),
         frustum_interpolant_gradient(course, range.y),
     );
-    let lit = volume_shade(shading, piece, depths.extinction, volume_colors(piece), through, unseen, at, course.size);
+    let lit = volume_shade(shading, piece, depths, volume_colors(piece), fading, at, course.size);
     (*sums).shade_off += lit.absorbed * lit.off;
-    (*sums).deviation += lit.absorbed * lit.deviation;
     (*sums).absorbed += lit.absorbed;
     (*sums).mixture = mixture_and((*sums).mixture, depths, lit.color, piece.extinction);
 }

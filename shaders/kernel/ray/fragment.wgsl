@@ -116,7 +116,7 @@ fn fragment_new(to: Wide, light: Radiance, painted: u32) -> Fragment {
         light.color.z,
         light.alpha,
         light.error,
-        light.variance,
+        light.variance + light.shade_variance,
 #plain         0u,
 #plain         0.0,
 #scene         ray_scene.surfaces.order,

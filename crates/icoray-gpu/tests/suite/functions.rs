@@ -113,7 +113,7 @@ fn integrals_of_pieces() {
     let body = "let at = 9u * i;
         let light = integrate(segment_at(at), span_at(at + 5u), ErrorBudget(inputs[at + 8u], 1e-5, 1.0, 1e-7));
         let c = light.color;
-        let all = array<f32, 6>(c.x, c.y, c.z, light.alpha, light.error, light.variance);";
+        let all = array<f32, 7>(c.x, c.y, c.z, light.alpha, light.error, light.variance, light.shade_variance);";
     let (mut inputs, mut cases) = (Vec::new(), Vec::new());
     for piece in segments() {
         for span in absorbing_spans() {
@@ -126,9 +126,9 @@ fn integrals_of_pieces() {
     }
     for (method, name) in [(Method::Exact, "exact"), (Method::Paper, "paper")] {
         let constant = [("IS_EXACT", f64::from(u8::from(method == Method::Exact)))];
-        let got = device.run_beside(&text, body, &inputs, [9, 6], &constant, Default::default());
+        let got = device.run_beside(&text, body, &inputs, [9, 7], &constant, Default::default());
         let (mut worst, mut others) = (0.0f64, 0);
-        for ((piece, span, share), got) in cases.iter().zip(got.chunks_exact(6)) {
+        for ((piece, span, share), got) in cases.iter().zip(got.chunks_exact(7)) {
             let (color_tolerance, min_transmittance) = (*share, 1e-5);
             let allowance = ErrorBudget { color_tolerance, min_transmittance, transmittance: 1.0, reach: 1e-7 };
             let expected = numbers_of(piece::integrate(method, &segment(*piece), span, &allowance));

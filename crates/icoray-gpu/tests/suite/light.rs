@@ -169,7 +169,7 @@ const TRIPLES: [[[f32; 3]; 3]; 10] = [
 #[test]
 fn mean_shades_and_apply() {
     let Some(device) = Device::open() else { return };
-    let lights = [[0.1f32, 0.4, 0.0, 0.5, 1e-5, 1e-14], [2.0, 1.0, 0.5, 1.0, 0.3, 1e-8]];
+    let lights = [[0.1f32, 0.4, 0.0, 0.5, 1e-5, 1e-14, 1e-10], [2.0, 1.0, 0.5, 1.0, 0.3, 1e-8, 1e-9]];
     let (mut inputs, mut cases) = (Vec::new(), Vec::new());
     for shading in all_along() {
         for gradients in TRIPLES {
@@ -186,34 +186,35 @@ fn mean_shades_and_apply() {
         }
     }
     let text = format!("#import kernel/lit\n{SHADING_AT}\n{SEGMENT_AT}\n{SPAN_AT}");
-    let body = "let at = 34u * i;
+    let body = "let at = 35u * i;
         let s = shading_at(at);
         let mean = mean_shade(s, segment_at(at + 20u), span_at(at + 25u), at3(at + 11u), at3(at + 14u), at3(at + 17u),
             0.0);
-        let light = Radiance(at3(at + 28u), inputs[at + 31u], inputs[at + 32u], inputs[at + 33u]);
+        let light = Radiance(at3(at + 28u), inputs[at + 31u], inputs[at + 32u], inputs[at + 33u], inputs[at + 34u]);
         let lit = ray_shading_apply(s, light, mean, vec3f(0.3, -0.1, 0.0));
-        let all = array<f32, 10>(mean.shade.body, mean.shade.highlight, mean.tilt, mean.off,
-            lit.color.x, lit.color.y, lit.color.z, lit.alpha, lit.error, lit.variance);";
-    let got = device.run(&text, body, &inputs, 34, 10);
+        let all = array<f32, 12>(mean.shade.body, mean.shade.highlight, mean.tilt, mean.off, mean.rounding,
+            lit.color.x, lit.color.y, lit.color.z, lit.alpha, lit.error, lit.variance, lit.shade_variance);";
+    let got = device.run(&text, body, &inputs, 35, 12);
     let mut near = 0;
-    for ((shading, gradients, piece, span, light), got) in cases.iter().zip(got.chunks_exact(10)) {
-        let MeanShade { shade, tilt, off, .. } = mean_shade(shading, &segment(*piece), span, gradients);
-        let mean = [shade.body, shade.highlight, tilt, off];
+    for ((shading, gradients, piece, span, light), got) in cases.iter().zip(got.chunks_exact(12)) {
+        let MeanShade { shade, tilt, off, rounding, .. } = mean_shade(shading, &segment(*piece), span, gradients);
+        let mean = [shade.body, shade.highlight, tilt, off, rounding];
         let what = format!("{shading:?} {gradients:?} {piece:?} {span:?} {light:?}: {got:?} {mean:?}");
         // Powers have the error of their exponent, and so have cosines that differ by a rounding.
         let sharp = 1.0 + shading.shininess;
         let allowed = 1e-6 * (1.0 + 0.5 * sharp * shading.specular);
-        for k in 0..4 {
+        for k in 0..5 {
             assert!((got[k] - mean[k]).abs() <= allowed + 1e-5 * mean[3], "{what}");
         }
         near += usize::from(mean[3] < 1e-2);
-        let [r, g, b, alpha, error, variance] = *light;
-        let light = Radiance { color: [r, g, b], alpha, error, variance };
+        let [r, g, b, alpha, error, variance, shade_variance] = *light;
+        let light = Radiance { color: [r, g, b], alpha, error, variance, shade_variance };
         // Across gradients that do not cancel.
-        let mean = MeanShade { shade: Shade { body: got[0], highlight: got[1] }, tilt: got[2], off: got[3], size: 1.0 };
+        let shade = Shade { body: got[0], highlight: got[1] };
+        let mean = MeanShade { shade, tilt: got[2], off: got[3], rounding: got[4], size: 1.0 };
         let lit = numbers_of(shading.apply(light, &mean, [0.3, -0.1, 0.0], shading.deviation_of(0.0, 1.0)));
-        for k in 0..6 {
-            assert!(ulps(got[4 + k], lit[k], if k < 3 { 1.0 } else { 0.0 }) <= 8.0, "{what} {lit:?}");
+        for k in 0..7 {
+            assert!(ulps(got[5 + k], lit[k], if k < 3 { 1.0 } else { 0.0 }) <= 8.0, "{what} {lit:?}");
         }
     }
     assert!(near > cases.len() / 10 && near < cases.len(), "{near} of {}", cases.len());
@@ -310,13 +311,13 @@ fn gradients_along_interpolants_and_the_centre_of_light() {
 fn pieces_under_light() {
     let Some(device) = Device::open() else { return };
     let text = format!("#import kernel/lit\n{SHADING_AT}\n{SEGMENT_AT}\n{SPAN_AT}");
-    let body = "let at = 36u * i;
+    let body = "let at = 35u * i;
         let budget = ErrorBudget(inputs[at + 29u], inputs[at + 30u], inputs[at + 31u], 1e-7);
         let lit = Lit(budget, shading_at(at), span_at(at + 16u), interpolant_at(at + 19u));
         let range = vec2f(inputs[at + 32u], inputs[at + 33u]);
-        let light = lit_light(lit, segment_at(at + 11u), range, u32(inputs[at + 34u]), inputs[at + 35u]);
+        let light = lit_light(lit, segment_at(at + 11u), range, u32(inputs[at + 34u]), radiance_none());
         let c = light.color;
-        let all = array<f32, 6>(c.x, c.y, c.z, light.alpha, light.error, light.variance);";
+        let all = array<f32, 7>(c.x, c.y, c.z, light.alpha, light.error, light.variance, light.shade_variance);";
     let ranges = [([0.0, 1.0], false), ([0.2, 0.21], false), ([0.0, 1.0], true)];
     for (method, name) in [(Method::Exact, "exact"), (Method::Paper, "paper")] {
         let (mut inputs, mut cases) = (Vec::new(), Vec::new());
@@ -326,14 +327,14 @@ fn pieces_under_light() {
                     for span in spans() {
                         for interpolant in interpolants() {
                             for (range, is_coarse) in ranges {
-                                let allowance = [share, share, 0.7, 1e-7, 0.1 * share];
+                                let allowance = [share, share, 0.7, 1e-7];
                                 inputs.extend(numbers(&shading));
                                 inputs.extend(piece);
                                 inputs.extend([span.extinction, span.extinction_slope, span.color_slope[0]]);
                                 inputs.extend(interpolant);
                                 inputs.extend(&allowance[..3]);
                                 inputs.extend(range);
-                                inputs.extend([if is_coarse { 0.0 } else { 20.0 }, allowance[4]]);
+                                inputs.push(if is_coarse { 0.0 } else { 20.0 });
                                 cases.push((shading, piece, span, interpolant, allowance, range, is_coarse));
                             }
                         }
@@ -342,31 +343,25 @@ fn pieces_under_light() {
             }
         }
         let constant = [("IS_EXACT", f64::from(u8::from(method == Method::Exact)))];
-        let got = device.run_beside(&text, body, &inputs, [36, 6], &constant, Default::default());
-        let (mut worst, mut others) = (0.0f64, 0);
-        for (case, got) in cases.iter().zip(got.chunks_exact(6)) {
+        let got = device.run_beside(&text, body, &inputs, [35, 7], &constant, Default::default());
+        let mut others = 0;
+        for (case, got) in cases.iter().zip(got.chunks_exact(7)) {
             let (shading, piece, span, interpolant, allowance, range, is_coarse) = case;
-            let [color_tolerance, min_transmittance, transmittance, reach, spare] = *allowance;
+            let [color_tolerance, min_transmittance, transmittance, reach] = *allowance;
             let allowance = &ErrorBudget { color_tolerance, min_transmittance, transmittance, reach };
             let interpolant = &interpolant_of(*interpolant);
             let lit = Lit { method, allowance, shading, span, interpolant, gradient_size: 0.0 };
             let cuts = if *is_coarse { 0 } else { Lit::<f32, 4>::MAX_CUTS };
-            let expected = numbers_of(lit.light(&segment(*piece), *range, cuts, spare));
+            let expected = numbers_of(lit.light(&segment(*piece), *range, cuts, &Radiance::none()));
             let what = format!("{name} {case:?}: {got:?}, expected {expected:?}");
-            let is_same = (got[4] - expected[4]).abs() <= 1e-3 * expected[4] + 1e-8;
-            for k in 0..4 {
-                let off = (got[k] - expected[k]).abs();
-                // A large error can be the largest possible one, and hides on which side of a kink a shade is.
-                if is_same && expected[4] < 1e-3 {
-                    worst = worst.max(f64::from(off));
-                } else {
-                    assert!(off <= got[4] + expected[4] + 1e-6 * expected[3], "{what}");
-                }
-            }
+            let [of_got, of_expected] = [got, &expected[..]].map(|light| light[4] + 4.0 * (light[5] + light[6]).sqrt());
+            let off = (0..4).map(|k| (got[k] - expected[k]).abs()).fold(0.0, f32::max);
+            // Rounding decides about a few cuts, and on which side of a kink a shade is.
+            let is_same = off <= 1e-6;
+            assert!(is_same || off <= of_got + of_expected, "{what}");
             others += usize::from(!is_same);
         }
-        println!("{name}: {worst:e}, {others} of {} cut elsewhere", cases.len());
-        assert!(worst <= 1e-6, "{name}: {worst:e}");
-        assert!(others <= cases.len() / 50, "{name}: {others}");
+        println!("{name}: {others} of {} cut elsewhere", cases.len());
+        assert!(others <= cases.len() / 200, "{name}: {others}");
     }
 }

@@ -9,9 +9,10 @@
 //! The work is bounded by [`may_halve`], and rounding errors of values are not halved. The error of the remaining
 //! panels is reported.
 
-use super::mean_color::{MeanColor, Mixture, Panel};
+use super::mean_color::{MeanColor, Mixture, Nodes, Panel};
 use super::source::TransferMap;
-use crate::lit::{LightSpread, may_halve};
+use crate::light::INDEPENDENT;
+use crate::lit::{LightSpread, is_affordable, may_halve};
 use crate::piece::{Radiance, bend_factor};
 use crate::segment::Segment;
 use crate::shade::{ColorChange, MeanShade, RayShading};
@@ -163,6 +164,17 @@ pub(super) struct BlendBuffers {
     lit: Vec<LitNode>,
 }
 
+/// Errors of the shades of a panel, per absorbed light.
+#[derive(Debug, Default)]
+struct ShadeError {
+    /// Of the shades, without rounding.
+    off: f64,
+    /// Of their rounding.
+    rounding: f64,
+    /// Standard deviation by rounding of the gradients at the vertices.
+    deviation: f64,
+}
+
 /// A piece of a ray in several media.
 pub(super) struct Blend<'p, 'w, G> {
     pub parts: &'p [MediumPiece<'w>],
@@ -198,18 +210,25 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             }
             let absorbed = -(-depth).exp_m1();
             let mut nodes = [first, middle, last];
-            let [shade_off, deviation] = self.shade(lit, &mut nodes, absorbed);
-            let mean = self.mean(&nodes, absorbed);
+            let ShadeError { off: shade_off, rounding, deviation } = self.shade(lit, &mut nodes, absorbed);
+            let mean = MeanColor::of(&self.panel(&nodes), absorbed);
             let rounded = self.rounding(&nodes, mean.spread);
             // In dense panels the centre of the light is less certain.
-            let off = mean.off + if depth <= THIN { shade_off } else { 3.0 * shade_off };
-            // The unspent error of the previous pieces.
-            let earned = if self.shading.is_some() { self.color_tolerance * light.alpha - light.error } else { 0.0 };
-            let spare = earned.max(0.0) / light.transmittance().max(f64::MIN_POSITIVE);
-            let is_near = (off - self.color_tolerance) * absorbed <= spare || off <= rounded;
-            if is_near || !may_halve(halvings, (last.u - from) / (to - from)) {
+            let shade_off = if depth <= THIN { shade_off } else { 3.0 * shade_off };
+            // Under light, the errors of panels are estimates that are added as independent ones.
+            let is_lit = self.shading.is_some();
+            let (shared, own) = if is_lit { (rounding, shade_off.hypot(0.5 * mean.off)) } else { (mean.off, 0.0) };
+            let off = shared + own;
+            let is_near = if is_lit {
+                is_affordable(light, absorbed, [shared, own], self.color_tolerance)
+            } else {
+                off <= self.color_tolerance
+            };
+            if is_near || off <= rounded || !may_halve(halvings, (last.u - from) / (to - from)) {
                 moved += light.transmittance() * absorbed * rounded.hypot(deviation);
-                light.over(&Radiance { error: absorbed * off, ..Radiance::plain(mean.color, absorbed) });
+                let shade_variance = (absorbed * own * INDEPENDENT).powi(2);
+                let plain = Radiance::plain(mean.color, absorbed);
+                light.over(&Radiance { error: absorbed * shared, shade_variance, ..plain });
                 if light.transmittance() <= self.min_transmittance {
                     break;
                 }
@@ -238,19 +257,18 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
 
     /// The mean colour of the light that a panel absorbs.
     #[inline]
-    fn mean(&self, nodes: &[Node; 3], absorbed: f64) -> MeanColor {
+    fn panel<'n>(&self, nodes: &'n [Node; 3]) -> Panel<'n> {
         let [first, _, last] = nodes;
         let width = last.u - first.u;
         // All fields have the path's length and change of height.
         let Segment { eps, length, .. } = self.parts[0].segments[1];
-        let panel = Panel {
+        Panel {
             at: nodes.each_ref().map_inline(|node| &node.mixture),
             depth: nodes.each_ref().map_inline(|node| node.depth - first.depth),
             width,
             length: length * width,
             eps: eps * width / (1.0 + eps * first.u),
-        };
-        MeanColor::of(&panel, absorbed)
+        }
     }
 
     /// Effect of the rounding of values on the mean colour of a panel whose colours differ by `spread`.
@@ -266,35 +284,45 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
     }
 
     /// Lights the colours at the start, middle and end of a panel that absorbs the part `absorbed` of the light, each
-    /// medium with its mean shade there. Returns the error of the shades per absorbed light, and their standard
-    /// deviation by rounding of the gradients at the vertices.
+    /// medium with its mean shade there.
     #[inline]
-    fn shade(&self, lit: &[LitNode], nodes: &mut [Node; 3], absorbed: f64) -> [f64; 2] {
-        let Some(shading) = self.shading else { return [0.0; 2] };
+    fn shade(&self, lit: &[LitNode], nodes: &mut [Node; 3], absorbed: f64) -> ShadeError {
+        let Some(shading) = self.shading else { return ShadeError::default() };
         let through = nodes.each_ref().map_inline(|node| (nodes[0].depth - node.depth).exp());
-        let length = self.parts[0].segments[1].length * (nodes[2].u - nodes[0].u);
-        let absorbs = [0, 1, 2].map_inline(|i| through[i] * nodes[i].mixture.rate[0]);
-        let unseen = (length * simpson(absorbs) / absorbed - 1.0).abs();
-        let (mut off, mut deviation, mut sum) = (0.0, 0.0, 0.0);
+        let panel = self.panel(nodes);
+        let (growth, width, length) = (panel.growth(), panel.width, panel.length);
+        let rates = nodes.each_ref().map_inline(|node| node.mixture.rate[0]);
+        let weighted = |rate: [f64; 3], rise: [f64; 2]| Nodes {
+            values: [0, 1, 2].map_inline(|i| through[i] * rate[i]),
+            slopes: [0, 1].map_inline(|k| (width * rise[k] - length * rates[2 * k] * rate[2 * k]) * through[2 * k]),
+        };
+        let all = weighted(rates, [0, 2].map_inline(|i: usize| nodes[i].mixture.rate[1]));
+        let unseen = (length * all.mean() / absorbed - 1.0).abs();
+        let (mut of, mut sum) = (ShadeError::default(), 0.0);
         for node in nodes.iter_mut() {
             node.mixture = Mixture::default();
         }
         for (k, part) in self.parts.iter().enumerate() {
             let parts = nodes.each_ref().map_inline(|node| &lit[node.lit + k]);
-            let absorbs = [0, 1, 2].map_inline(|i| through[i] * parts[i].medium.extinction);
-            let MeanShade { shade, tilt, off: part_off, size } = part.mean_shade(shading, parts, (absorbs, unseen));
+            let own = weighted(
+                parts.map_inline(|part| part.medium.extinction),
+                [0, 2].map_inline(|i: usize| parts[i].medium.thickening),
+            );
+            let MeanShade { shade, tilt, off, rounding, size } =
+                part.mean_shade(shading, parts, own.spread(growth, unseen));
             let rise = [0, 1, 2].map_inline(|k| parts[2].medium.color[k] - parts[0].medium.color[k]);
             for (node, LitNode { medium, .. }) in nodes.iter_mut().zip(parts) {
                 let lit = |k: usize| medium.color[k] * shade.body + shade.highlight + tilt * rise[k];
                 node.mixture.add(medium, [[0, 1, 2].map_inline(lit), medium.tint.map_inline(|c| c * shade.body)]);
             }
             // The three places may miss dense media entirely.
-            let share = simpson(absorbs) + f64::MIN_POSITIVE;
-            off += share * part_off;
-            deviation += share * shading.deviation_of(part.gradient_size, size);
+            let share = simpson(own.values) + f64::MIN_POSITIVE;
+            of.off += share * off;
+            of.rounding += share * rounding;
+            of.deviation += share * shading.deviation_of(part.gradient_size, size);
             sum += share;
         }
-        [off / sum, deviation / sum]
+        ShadeError { off: of.off / sum, rounding: of.rounding / sum, deviation: of.deviation / sum }
     }
 }
 
@@ -302,19 +330,7 @@ impl MediumPiece<'_> {
     /// The shade of the medium between three places, with its absorption at each; `unseen` is the relative error of the
     /// absorption of all media there.
     #[inline]
-    fn mean_shade(
-        &self,
-        shading: &RayShading<f64>,
-        parts: [&LitNode; 3],
-        ([a, m, b], unseen): ([f64; 3], f64),
-    ) -> MeanShade<f64> {
-        let mean = simpson([a, m, b]) + f64::MIN_POSITIVE;
-        let bent = (a - m - m + b).abs() / mean;
-        let spread = LightSpread {
-            centre: (b - a) / (12.0 * mean),
-            error_bound: (0.2 * bent + 0.5 * unseen).min(0.5),
-            extent: 1.0,
-        };
+    fn mean_shade(&self, shading: &RayShading<f64>, parts: [&LitNode; 3], spread: LightSpread<f64>) -> MeanShade<f64> {
         let eps = self.segments[1].eps;
         let turn = NormalTurn::of(&parts.map_inline(|part| part.gradient), eps, spread);
         let [start, middle, end] = parts.map_inline(|part| &part.medium.color);

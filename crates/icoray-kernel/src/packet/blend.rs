@@ -9,7 +9,9 @@ use super::lanes::Lanes;
 use super::light::{Change, GradientCourse, Lit, Shade};
 use super::medium::Medium;
 use super::part::{Part, all};
+use super::several::LEAST_PART;
 use super::turn::Spread;
+use crate::light::{INDEPENDENT, LIT_DEVIATIONS};
 use crate::lit::ADVANCE;
 use crate::piece::THIN;
 use crate::shade::RayShading;
@@ -80,24 +82,23 @@ impl<V: Machine> VolumeNodes<V> {
         }
     }
 
-    /// Lights the colours with the mean shade of the volume. `through` is the transmittance at the places, `unseen` the
-    /// relative error of the absorption of all volumes there. Returns the light that the volume absorbs, the error of
-    /// the shade and its standard deviation.
+    /// Lights the colours with the mean shade of the volume on pieces with this [growth](growth); `unseen` is the
+    /// relative error of the absorption of all volumes. Returns the light that the volume absorbs, the
+    /// shade's error, that by rounding, and the standard deviation by rounding of the gradients.
     #[inline(always)]
     fn shade(
         &mut self,
         simd: V,
-        (through, unseen): (&[Floats<V>; 2], Floats<V>),
+        fading: &Fading<V>,
+        (growth, unseen): ([Floats<V>; 3], Floats<V>),
         (lit, shading): (&Lit<V>, &RayShading<f32>),
         (course, range): (&GradientCourse<V>, [Floats<V>; 2]),
-    ) -> [Floats<V>; 3] {
-        let [a, m, b] = weighted::<V>(self.extinction, through);
+    ) -> (Floats<V>, [Floats<V>; 3]) {
+        let absorbs = fading.nodes(self.extinction, self.thickening);
+        let spread = absorbs.spread(simd, growth, unseen);
         // The three places may miss dense media entirely.
-        let share = simpson::<V>([a, m, b]) + f32::MIN_POSITIVE;
-        let bent = (a - m - m + b).abs() / share;
-        let error_bound = unseen.mul_add(0.5, bent * 0.2).min(0.5);
-        let spread = Spread { centre: (b - a) / (share * 12.0), error_bound, extent: all(simd, 1.0) };
-        let Shade { body, tilt, highlight, off, deviation } =
+        let share = simpson::<V>(absorbs.values) + f32::MIN_POSITIVE;
+        let Shade { body, tilt, highlight, off, rounding, deviation } =
             lit.shade_of(simd, shading, (course, range, lit.eps), spread, &self.change);
         for k in 0..3 {
             let added = (self.color[2][k] - self.color[0][k]).mul_add(tilt, highlight);
@@ -108,7 +109,7 @@ impl<V: Machine> VolumeNodes<V> {
                 self.tint[end][k] *= body;
             }
         }
-        [share, off, deviation]
+        (share, [off, rounding, deviation])
     }
 }
 
@@ -116,6 +117,33 @@ impl<V: Machine> VolumeNodes<V> {
 #[inline(always)]
 fn weighted<V: Machine>([a, m, b]: [Floats<V>; 3], through: &[Floats<V>; 2]) -> [Floats<V>; 3] {
     [a, m * through[0], b * through[1]]
+}
+
+/// The light that passes.
+struct Fading<V: Machine> {
+    /// Transmittance from the start to the middle and to the end.
+    through: [Floats<V>; 2],
+    /// Extinction of all volumes at the start and end, times the length of the piece.
+    rates: [Floats<V>; 2],
+}
+
+impl<V: Machine> Fading<V> {
+    /// A function with these values at the three places and slopes at the ends, weighted by the transmittance.
+    #[inline(always)]
+    fn nodes(&self, values: [Floats<V>; 3], slopes: [Floats<V>; 2]) -> Nodes<V> {
+        let [from, to] = [0, 1].map_inline(|end: usize| slopes[end] - self.rates[end] * values[2 * end]);
+        Nodes { values: weighted::<V>(values, &self.through), slopes: [from, to * self.through[1]] }
+    }
+}
+
+/// Factors by which coefficients two to four degrees higher come, as `Panel::growth`.
+#[inline(always)]
+fn growth<V: Machine>([s0, s1, s2]: [Floats<V>; 3], [length, depth]: [Floats<V>; 2], eps: Floats<V>) -> [Floats<V>; 3] {
+    let tilt = length * 0.25 * (s1 - s0).abs().max((s2 - s1).abs());
+    let uneven = eps / (eps * -0.5 + 1.0);
+    let bent = length * (s0 - s1 - s1 + s2).abs() * (1.0 / 12.0);
+    let e2 = (depth * depth).mul_add(0.05, tilt) + uneven * uneven * 0.75;
+    [e2, e2.mul_add(e2.sqrt(), bent), e2.mul_add(e2, bent * depth.mul_add(0.25, uneven))]
 }
 
 /// Simpson's mean.
@@ -155,9 +183,9 @@ fn changes<V: Machine>(simd: V, colors: &[[Floats<V>; 3]; 3], brightest: Floats<
 /// The light of all volumes on the pieces.
 pub(super) struct Blend<V: Machine> {
     pub light: Light<V>,
-    /// Error of the colour per absorbed light.
-    off: Floats<V>,
-    /// Lanes in which that is no more than its rounding error.
+    /// Errors of the colour per absorbed light: that which adds up along a ray, and that which is independent.
+    off: [Floats<V>; 2],
+    /// Lanes in which these are no more than its rounding error.
     is_rounding: Mask<V>,
     /// Lanes in which anything is absorbed.
     pub absorbs: Mask<V>,
@@ -174,27 +202,34 @@ impl<V: Machine> Blend<V> {
     #[inline(always)]
     pub fn of(simd: V, volumes: &mut [VolumeNodes<V>], lighting: Option<Lighting<'_, V>>, is_coarse: bool) -> Self {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
-        let (mut depth, mut front, mut length, mut rates) = (zero, zero, zero, [zero; 3]);
+        let (mut depth, mut front, mut length, mut eps) = (zero, zero, zero, zero);
+        let (mut rates, mut thickening) = ([zero; 3], [zero; 2]);
         for volume in &*volumes {
             (depth, front) = (depth + volume.depth[0], front + volume.depth[1]);
+            // These are equal for all visible volumes.
             length = length.max(volume.length);
+            eps = eps.max(volume.eps.abs());
             rates = [0, 1, 2].map_inline(|i: usize| rates[i] + volume.extinction[i]);
+            thickening = [0, 1].map_inline(|i: usize| thickening[i] + volume.thickening[i]);
         }
         let absorbed = absorbed_by(simd, depth);
-        let through = [one - absorbed_by(simd, front), one - absorbed];
-        let (mut shade_off, mut deviation) = (zero, zero);
+        let fading = Fading {
+            through: [one - absorbed_by(simd, front), one - absorbed],
+            rates: [rates[0] * length, rates[2] * length],
+        };
+        let growth = growth::<V>(rates, [length, depth], eps);
+        let mut of_shades = [zero; 3];
         if let Some((lit, shading, courses, range)) = lighting {
-            let seen = length * simpson::<V>(weighted::<V>(rates, &through));
+            let seen: Floats<V> = length * fading.nodes(rates, thickening).mean();
             let unseen = (seen / absorbed.max(f32::MIN_POSITIVE) - 1.0).abs();
-            let (mut sum, mut off) = (zero, zero);
+            let mut sum = zero;
             for volume in volumes.iter_mut() {
                 let course = &courses[volume.number];
-                let [share, shade_off, shade_deviation] =
-                    volume.shade(simd, (&through, unseen), (lit, shading), (course, range));
-                (sum, off) = (sum + share, share.mul_add(shade_off, off));
-                deviation = share.mul_add(shade_deviation, deviation);
+                let (share, of_shade) = volume.shade(simd, &fading, (growth, unseen), (lit, shading), (course, range));
+                sum += share;
+                of_shades = [0, 1, 2].map_inline(|k: usize| share.mul_add(of_shade[k], of_shades[k]));
             }
-            (shade_off, deviation) = (off / sum, deviation / sum);
+            of_shades = of_shades.map_inline(|error| error / sum);
         }
         let mut mixture = Mixture::none(simd);
         let (mut rounded, mut thickened) = (zero, zero);
@@ -203,35 +238,49 @@ impl<V: Machine> Blend<V> {
             rounded = rounded.max(volume.rounding[0]);
             thickened += volume.rounding[1];
         }
-        let MeanColor { color, off, spread } = mixture.mean(simd, through, [depth, absorbed]);
+        let MeanColor { color, off, spread } = mixture.mean(simd, &fading, growth, [length, absorbed]);
         // Errors of extinctions change the mixture of colours.
         let rounded = spread.mul_add((thickened / depth.max(f32::MIN_POSITIVE)).min(one), rounded);
-        let cut_for = if is_coarse { zero } else { shade_off };
+        let [shade_off, shade_rounding, shade_deviation] = of_shades;
         // In dense pieces the centre of the light is less certain.
-        let unsure = depth.simd_le(THIN as f32).select(one, all(simd, 3.0));
-        let (reported, off) = (unsure.mul_add(shade_off, off), unsure.mul_add(cut_for, off));
-        let off_by = thickened.mul_add(through[1], absorbed * (rounded + 0.5 * f32::EPSILON)).min(one);
-        let shaded = absorbed * deviation;
+        let shade_off = shade_off * depth.simd_le(THIN as f32).select(one, all(simd, 3.0));
+        // Under light, the errors of pieces are estimates that are added as independent ones.
+        let (shared, own) = if lighting.is_some() {
+            (shade_rounding, (off * off).mul_add(0.25, shade_off * shade_off).sqrt())
+        } else {
+            (off, zero)
+        };
+        let off_by = thickened.mul_add(fading.through[1], absorbed * (rounded + 0.5 * f32::EPSILON)).min(one);
+        let deviation = absorbed * own * INDEPENDENT as f32;
+        // All parts of a frustum share the rounding of the gradients at its vertices.
+        let extent = lighting.map_or(one, |(.., [from, to])| (to - from).max(LEAST_PART));
+        let turned = absorbed * shade_deviation;
         let light = Light {
             color: color.map_inline(|c| c * absorbed),
             alpha: absorbed,
-            error: absorbed * reported,
-            variance: off_by.mul_add(off_by, shaded * shaded),
+            error: absorbed * shared,
+            variance: off_by.mul_add(off_by, turned * turned / extent),
+            shade_variance: deviation * deviation,
         };
+        let own = if is_coarse { own.min(off * 0.5) } else { own };
         // A NaN depth absorbs nothing, and shorter pieces do not reduce rounding errors.
-        Blend { light, off, is_rounding: off.simd_le(rounded), absorbs: depth.simd_gt(0.0) }
+        let is_rounding = (shared + own).simd_le(rounded);
+        Blend { light, off: [shared, own], is_rounding, absorbs: depth.simd_gt(0.0) }
     }
 
-    /// Lanes whose rays cannot afford the error of their pieces, from the unspent error of previous pieces and an
-    /// advance.
+    /// Lanes whose rays cannot afford the error of their pieces, as [`is_affordable`](crate::lit::is_affordable).
     #[inline(always)]
     pub fn is_far(&self, simd: V, lanes: &Lanes<V>, color_tolerance: f32) -> Mask<V> {
-        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
         let color_tolerance = color_tolerance.max(LEAST_TOLERANCE);
-        let earned = ((lanes.alpha + ADVANCE as f32) * color_tolerance - lanes.error).max(zero);
-        let through = (one - lanes.alpha).max(f32::MIN_POSITIVE);
-        let is_dear = ((self.off - color_tolerance) * self.light.alpha * through).simd_gt(earned);
-        is_dear & !self.is_rounding & self.absorbs
+        let [shared, own] = self.off;
+        let share = self.light.alpha * (all(simd, 1.0) - lanes.alpha);
+        let earned = (lanes.alpha + share + ADVANCE as f32) * color_tolerance - lanes.error;
+        let allowed = earned - share * shared;
+        let own = own * (LIT_DEVIATIONS * INDEPENDENT) as f32;
+        let own_share = share * own;
+        let spread = lanes.shade_variance.mul_add((LIT_DEVIATIONS * LIT_DEVIATIONS) as f32, own_share * own_share);
+        let is_dear = allowed.simd_lt(0.0) | spread.simd_gt(allowed * allowed);
+        (shared + own).simd_gt(color_tolerance) & is_dear & !self.is_rounding & self.absorbs
     }
 }
 
@@ -243,8 +292,6 @@ struct Mixture<V: Machine> {
     /// Colour times extinction.
     colors: [[Floats<V>; 3]; 3],
     tints: [[Floats<V>; 3]; 2],
-    length: Floats<V>,
-    eps: Floats<V>,
 }
 
 /// The mean colour of the absorbed light, its error, and the difference of the colours.
@@ -258,14 +305,7 @@ impl<V: Machine> Mixture<V> {
     #[inline(always)]
     fn none(simd: V) -> Self {
         let zero = all(simd, 0.0);
-        Mixture {
-            rates: [zero; 3],
-            thickening: [zero; 2],
-            colors: [[zero; 3]; 3],
-            tints: [[zero; 3]; 2],
-            length: zero,
-            eps: zero,
-        }
+        Mixture { rates: [zero; 3], thickening: [zero; 2], colors: [[zero; 3]; 3], tints: [[zero; 3]; 2] }
     }
 
     #[inline(always)]
@@ -285,48 +325,38 @@ impl<V: Machine> Mixture<V> {
                 self.tints[end][k] += thickening.mul_add(color, rate * tint);
             }
         }
-        // It is equal for all visible volumes.
-        self.length = self.length.max(volume.length);
-        self.eps = self.eps.max(volume.eps.abs());
     }
 
-    /// The mean colour of pieces with these optical depths and absorbed parts; `through` is the transmittance in the
-    /// middle and at the end.
+    /// The mean colour of pieces with this [growth](growth), length and absorbed part.
     #[inline(always)]
-    fn mean(&self, simd: V, through: [Floats<V>; 2], [depth, absorbed]: [Floats<V>; 2]) -> MeanColor<V> {
+    fn mean(
+        &self,
+        simd: V,
+        fading: &Fading<V>,
+        [e2, e3, e4]: [Floats<V>; 3],
+        [length, absorbed]: [Floats<V>; 2],
+    ) -> MeanColor<V> {
         let zero = all(simd, 0.0);
-        let fades = [self.rates[0] * self.length, self.rates[2] * self.length];
-        let nodes = |values: [Floats<V>; 3], slopes: [Floats<V>; 2]| Nodes::<V> {
-            values: weighted::<V>(values, &through),
-            slopes: [slopes[0] - fades[0] * values[0], (slopes[1] - fades[1] * values[2]) * through[1]],
-        };
-        let rates = nodes(self.rates, self.thickening);
+        let rates = fading.nodes(self.rates, self.thickening);
         let whole = rates.mean();
         let inverse = all(simd, 1.0) / whole;
         let (mut color, mut sizes) = ([zero; 3], [zero; 4]);
         for k in 0..3 {
-            let channel = nodes(self.colors.map_inline(|color| color[k]), self.tints.map_inline(|tint| tint[k]));
+            let channel = fading.nodes(self.colors.map_inline(|color| color[k]), self.tints.map_inline(|tint| tint[k]));
             color[k] = channel.mean() * inverse;
             let found = channel.less(color[k], &rates).coefficients();
             sizes = [0, 1, 2, 3].map_inline(|i: usize| sizes[i].max(found[i]));
         }
         let [a1, a2, a3, a4] = sizes;
-        let [s0, s1, s2] = self.rates;
-        let tilt = self.length * 0.25 * (s1 - s0).abs().max((s2 - s1).abs());
-        let uneven = self.eps / (self.eps * -0.5 + 1.0);
-        let bent = self.length * (s0 - s1 - s1 + s2).abs() * (1.0 / 12.0);
-        let e2 = (depth * depth).mul_add(0.05, tilt) + uneven * uneven * 0.75;
-        let e3 = e2.mul_add(e2.sqrt(), bent);
-        let e4 = e2.mul_add(e2, bent * depth.mul_add(0.25, uneven));
         let missed = e2 * a1.mul_add(e3, a4) + a3 * e3 + a2 * e4;
         let (spread, first) = self.spread(simd);
-        let longer = self.length / absorbed.max(f32::MIN_POSITIVE);
+        let longer = length / absorbed.max(f32::MIN_POSITIVE);
         let off = missed * longer * (24.0 / 105.0) + spread * (longer * whole - 1.0).abs();
         let is_near = whole.simd_gt(zero) & off.simd_le(spread);
         if !is_near.all_true() {
             // Simpson's rule: a mean of the colours at the places. The light absorbed at the start may leave none in
             // the middle and at the end.
-            let mean = |values: [Floats<V>; 3]| simpson::<V>(weighted::<V>(values, &through));
+            let mean = |values: [Floats<V>; 3]| simpson::<V>(weighted::<V>(values, &fading.through));
             let whole = mean(self.rates);
             let inverse = all(simd, 1.0) / whole;
             for (k, channel) in color.iter_mut().enumerate() {
@@ -384,6 +414,25 @@ impl<V: Machine> Nodes<V> {
         let [a, m, b] = self.values;
         let ends = (a + b).mul_add(7.0 / 30.0, m * (16.0 / 30.0));
         (self.slopes[0] - self.slopes[1]).mul_add(1.0 / 60.0, ends)
+    }
+
+    /// The distribution of light that is absorbed like this, as `Nodes::spread` of `general/mean_color.rs`.
+    #[inline(always)]
+    fn spread(&self, simd: V, [e2, e3, e4]: [Floats<V>; 3], unseen: Floats<V>) -> Spread<V> {
+        let ([a, m, b], [from, to]) = (self.values, self.slopes);
+        let inverse = all(simd, 1.0) / self.mean().max(f32::MIN_POSITIVE);
+        let first = (b - a).mul_add(0.1, (from + to) * (-1.0 / 120.0));
+        let second = m.mul_add(2.0 / 105.0, (a + b) * (9.0 / 280.0)) + (from - to) * (1.0 / 560.0);
+        let [a1, a2, a3, a4] = self.coefficients();
+        let missed = e2 * m.mul_add(e3, a4 + a3) + a2 * e3 + a1 * e4;
+        let bent = (a - m - m + b).abs();
+        let error_bound = missed.mul_add(12.0 / 105.0, bent * 0.02).mul_add(inverse, unseen * 0.5);
+        Spread {
+            centre: (first * inverse).max(-0.5).min(0.5),
+            second: (second * inverse).max(0.0).min(0.25),
+            error_bound: error_bound.min(0.5),
+            extent: all(simd, 1.0),
+        }
     }
 
     #[inline(always)]

@@ -26,6 +26,7 @@ pub(super) struct Light<V: Machine> {
     pub alpha: Floats<V>,
     pub error: Floats<V>,
     pub variance: Floats<V>,
+    pub shade_variance: Floats<V>,
 }
 
 /// The terms that all rules share, as `Terms` of `piece.rs`.
@@ -166,7 +167,8 @@ impl<'p, V: Machine> Integral<'p, V> {
         let thickened = part.length * medium.slope.abs() * (one - absorbed);
         let change = medium.steepest.mul_add(absorbed, thickened);
         let off = reach.mul_add(change, absorbed * ROUNDING).min(one);
-        Light { color, alpha: absorbed, error: outcome.error, variance: off * off }
+        let shade_variance = all(self.simd, 0.0);
+        Light { color, alpha: absorbed, error: outcome.error, variance: off * off, shade_variance }
     }
 }
 

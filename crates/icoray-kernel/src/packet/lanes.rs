@@ -138,6 +138,7 @@ pub(super) struct Lanes<V: Machine> {
     pub alpha: Floats<V>,
     pub error: Floats<V>,
     pub variance: Floats<V>,
+    pub shade_variance: Floats<V>,
     /// The most by which the colour in its frustum differs from that on a finer grid, and what the ray had absorbed
     /// before that frustum.
     pub color_change: Floats<V>,
@@ -189,6 +190,7 @@ impl<V: Machine> Lanes<V> {
             alpha: zero,
             error: zero,
             variance: zero,
+            shade_variance: zero,
             color_change: zero,
             absorbed_before: zero,
         }
@@ -273,7 +275,7 @@ impl<V: Machine> Lanes<V> {
             put(&mut self.next_wide_weights, wide, [first, second]);
         }
         let zero = all(simd, 0.0);
-        let numbers = [&mut self.alpha, &mut self.error, &mut self.variance];
+        let numbers = [&mut self.alpha, &mut self.error, &mut self.variance, &mut self.shade_variance];
         for row in numbers.into_iter().chain([&mut self.color_change, &mut self.absorbed_before]) {
             *row = new.select(zero, *row);
         }

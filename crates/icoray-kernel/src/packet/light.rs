@@ -7,6 +7,7 @@ use super::medium::{Medium, number};
 use super::part::{Part, all};
 use super::read::{Course, FAR, Vertices};
 use super::turn::{Spread, Turns, Vectors};
+use crate::light::{INDEPENDENT, LIT_DEVIATIONS};
 use crate::lit::{ADVANCE, HALVINGS_ALONG, HALVINGS_AT_START};
 use crate::shade::RayShading;
 use fearless_simd::prelude::*;
@@ -268,14 +269,15 @@ impl<V: Machine> Change<V> {
     }
 }
 
-/// Shade of a piece: factors for its colour and for its change along the piece, the highlight, and the error of all per
-/// absorbed light.
+/// Shade of a piece: factors for its colour and for its change along the piece, the highlight, and their errors per
+/// absorbed light ([`MeanShade`](crate::shade::MeanShade)).
 pub(super) struct Shade<V: Machine> {
     pub body: Floats<V>,
     pub tilt: Floats<V>,
     pub highlight: Floats<V>,
     pub off: Floats<V>,
-    /// Standard deviation of the shade.
+    pub rounding: Floats<V>,
+    /// Standard deviation of the shade by rounding of the gradients.
     pub deviation: Floats<V>,
 }
 
@@ -303,12 +305,13 @@ impl<V: Machine> Lit<V> {
         let (highlight, faint) = self.mean_highlight(simd, common, &turn);
         let most = colors.brightest * common.diffuse + common.specular;
         // A mean cosine has an error of two last digits, and its power that times the exponent.
-        let rounded = (colors.brightest * body).mul_add(4.0, highlight * (3.0 * common.sharpness));
-        let off = rounded.mul_add(0.5 * f32::EPSILON, dim + faint);
+        let error = (colors.brightest * body).mul_add(4.0, highlight * (3.0 * common.sharpness));
         // As `RayShading::deviation_of`.
         let [rounded, turned] = common.deviations;
-        let deviation = ((course.size / turn.size).max(1.0) * turned + rounded).min(common.diffuse + common.specular);
-        Shade { body, tilt, highlight, off: turn.is_wild.select(most, off), deviation }
+        let turned = (course.size / turn.size).max(1.0) * turned;
+        let deviation = (turned + rounded).min(common.diffuse + common.specular);
+        let off = turn.is_wild.select(most, dim + faint);
+        Shade { body, tilt, highlight, off, rounding: error * (0.5 * f32::EPSILON), deviation }
     }
 
     /// Factor for the colour, factor for the colour's change, and the error of both.
@@ -364,7 +367,8 @@ impl<V: Machine> Lit<V> {
         let variance = rise2 * turn.variance() + cosine.bend * cosine.bend * (1.0 / 45.0);
         let inverse = one / (level * level).max(reach * reach).max(f32::MIN_POSITIVE);
         let bent = variance * inverse * (0.5 * s * (s - 1.0)) + 1.0;
-        let highlight = (power(simd, level, s) * bent).max(zero).min(one);
+        let power = power(simd, level, s);
+        let highlight = (power * bent).max(zero).min(one);
         // Angles in widths of the highlight.
         let (x2, root) = (turn.angle2 * s, s.sqrt());
         let x = turn.angle * root;
@@ -376,7 +380,8 @@ impl<V: Machine> Lit<V> {
         let unsure = turn.spread.error_bound;
         let centre = turn.spread.centre.abs() * x * 0.03 + turn.bend_length * (0.008 * root);
         let turned = x2 * (x2 * (1.0 / 700.0) + centre) + turn.along * s;
-        let slope = (unsure * x + turn.across * root) * 0.61;
+        let local = (power * cosine.swing() / level.max(f32::MIN_POSITIVE)).mul_add(s, unsure * x2 * 0.5);
+        let slope = unsure * local.min(x * 0.61) + turn.across * (0.61 * root);
         let mut off = near * (turned + slope + unsure * x2 * 0.25);
         if s < 6.0 {
             let across = (reach + turn.angle2 * 0.02 + turn.across - level).max(zero);
@@ -388,29 +393,35 @@ impl<V: Machine> Lit<V> {
 }
 
 impl<V: Machine> Shade<V> {
-    /// `light` of a piece with this shade, as [`RayShading::apply`].
+    /// `light` of a piece with this shade, as [`RayShading::apply`]; the piece is this fraction of one between knots.
     #[inline(always)]
-    pub fn apply(&self, simd: V, piece: &Piece<'_, V>, light: &mut Light<V>) {
+    pub fn apply(&self, simd: V, piece: &Piece<'_, V>, fraction: Floats<V>, light: &mut Light<V>) {
         let rise = (piece.part.f1 - piece.part.f0) * self.tilt;
         for k in 0..3 {
             let added = rise.mul_add(piece.medium.color_slope[k], self.highlight);
             light.color[k] = light.color[k].mul_add(self.body, light.alpha * added);
         }
-        light.error = light.error.mul_add(self.body, light.alpha * self.off);
-        let deviation = light.alpha * self.deviation;
+        light.error = light.error.mul_add(self.body, light.alpha * self.rounding);
+        let off = self.off * light.alpha * INDEPENDENT as f32;
+        light.shade_variance = off * off;
         let scale = self.body.max(all(simd, 1.0));
-        light.variance = light.variance * scale * scale + deviation * deviation;
+        // All parts of a piece, dense ones by their light, share the rounding of the gradients at the vertices.
+        let turned = self.deviation * light.alpha;
+        let turned = turned * turned / fraction.max(light.alpha * 0.5);
+        light.variance = (light.variance * scale).mul_add(scale, turned);
     }
 
-    /// Lanes whose rays cannot afford the error of their pieces, as [`is_affordable`](crate::lit::is_affordable) and
-    /// [`spare`](crate::lit::spare).
+    /// Lanes whose rays cannot afford the error of their pieces, as [`is_affordable`](crate::lit::is_affordable).
     #[inline(always)]
     pub fn too_far(&self, simd: V, lanes: &Lanes<V>, piece: &Piece<'_, V>, color_tolerance: f32) -> Mask<V> {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
-        let earned = ((lanes.alpha + ADVANCE as f32) * color_tolerance - lanes.error).max(zero);
-        let through = (one - lanes.alpha).max(f32::MIN_POSITIVE);
         let depth = piece.part.length * piece.ends[0].max(piece.ends[1]);
-        // Multiplied by the transmittance, which saves the division.
-        ((self.off - color_tolerance) * depth.min(one) * through).simd_gt(earned)
+        let share = depth.min(one) * (one - lanes.alpha);
+        let earned = (lanes.alpha + share + ADVANCE as f32) * color_tolerance - lanes.error;
+        let allowed = (earned - share * self.rounding).max(zero);
+        let own = self.off * (LIT_DEVIATIONS * INDEPENDENT) as f32;
+        let own_share = share * own;
+        let spread = lanes.shade_variance.mul_add((LIT_DEVIATIONS * LIT_DEVIATIONS) as f32, own_share * own_share);
+        (own + self.rounding).simd_gt(color_tolerance) & spread.simd_gt(allowed * allowed)
     }
 }

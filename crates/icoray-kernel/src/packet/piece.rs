@@ -182,7 +182,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let Some(common) = self.shading.as_ref().filter(|_| shown != 0) else { return 0 };
         let piece = Piece { part, medium, ends: integral.ends, range, eps };
         let shade = self.lit.shade(simd, common, &piece);
-        shade.apply(simd, &piece, light);
+        shade.apply(simd, &piece, self.lit.fraction, light);
         if self.frame.is_coarse {
             return 0;
         }
@@ -273,13 +273,15 @@ impl<V: Machine> Lanes<V> {
             alpha: self.alpha[lane],
             error: self.error[lane],
             variance: self.variance[lane],
+            shade_variance: self.shade_variance[lane],
         }
     }
 
     /// Sets the light of a lane.
     pub fn put_light(&mut self, lane: usize, light: &Radiance<f32>) {
         self.color.iter_mut().zip(light.color).for_each(|(row, channel)| row[lane] = channel);
-        (self.alpha[lane], self.error[lane], self.variance[lane]) = (light.alpha, light.error, light.variance);
+        (self.alpha[lane], self.error[lane]) = (light.alpha, light.error);
+        (self.variance[lane], self.shade_variance[lane]) = (light.variance, light.shade_variance);
     }
 
     /// Puts light behind that of the lanes of `mask`.
@@ -294,7 +296,10 @@ impl<V: Machine> Lanes<V> {
         self.error = behind(self.error, light.error);
         // The sum is rounded to its own last digit, unless nothing is added.
         let off = light.alpha.simd_gt(0.0).select(self.alpha * (0.25 * f32::EPSILON), all(simd, 0.0));
-        let variance = through * through * light.variance + off * off;
+        let squared = through * through;
+        let variance = squared.mul_add(light.variance, off * off);
         self.variance = mask.select(self.variance + variance, self.variance);
+        self.shade_variance =
+            mask.select(squared.mul_add(light.shade_variance, self.shade_variance), self.shade_variance);
     }
 }

@@ -310,6 +310,7 @@ fn narrow(light: &Radiance<f64>) -> Radiance<f32> {
         alpha: light.alpha as f32,
         error: light.error as f32,
         variance: (light.variance + off * off) as f32,
+        shade_variance: light.shade_variance as f32,
     }
 }
 

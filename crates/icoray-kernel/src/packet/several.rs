@@ -280,4 +280,4 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
 
 /// A piece that is no longer than this fraction of its frustum is taken as it is: if the extinction of all volumes goes
 /// to zero towards its end, colours differ in any part of it.
-const LEAST_PART: f32 = 1e-5;
+pub(super) const LEAST_PART: f32 = 1e-5;

@@ -11,6 +11,7 @@ pub(super) type Vectors<V> = [Floats<V>; 3];
 /// The distribution of the light in a piece: [`LightSpread`](crate::lit::LightSpread) in vectors.
 pub(super) struct Spread<V: Machine> {
     pub centre: Floats<V>,
+    pub second: Floats<V>,
     pub error_bound: Floats<V>,
     pub extent: Floats<V>,
 }
@@ -26,7 +27,8 @@ impl<V: Machine> Spread<V> {
         let forward = depth.min(3.0) * (rise * rise).mul_add(-1.0 / 60.0, 5.0 / 60.0);
         let bent = (medium.slope * part.kappa).abs() * inverse;
         let error_bound = (depth * depth * 0.02 + bent * 0.2).min(0.5);
-        Spread { centre: rise * (1.0 / 6.0) - forward, error_bound, extent: all(simd, 1.0) / depth.max(1.0) }
+        let (second, extent) = (all(simd, 1.0 / 12.0), all(simd, 1.0) / depth.max(1.0));
+        Spread { centre: rise * (1.0 / 6.0) - forward, second, error_bound, extent }
     }
 }
 
@@ -105,8 +107,8 @@ impl<V: Machine> Turns<V> {
         let rise = [nb[0] - na[0], nb[1] - na[1], nb[2] - na[2]];
         let bend =
             [second::<V>(na[0], nm[0], nb[0]), second::<V>(na[1], nm[1], nb[1]), second::<V>(na[2], nm[2], nb[2])];
-        let sixth = 1.0 / 6.0;
-        let mean = [bend[0].mul_add(sixth, nm[0]), bend[1].mul_add(sixth, nm[1]), bend[2].mul_add(sixth, nm[2])];
+        let twice = spread.second * 2.0;
+        let mean = [bend[0].mul_add(twice, nm[0]), bend[1].mul_add(twice, nm[1]), bend[2].mul_add(twice, nm[2])];
         let (rise2, bend2) = (dot::<V>(&rise, &rise), dot::<V>(&bend, &bend));
         let angle2 = rise2 + bend2 + dot::<V>(&rise, &bend).abs() * 2.0;
         let (angle, bend_length) = (angle2.sqrt(), bend2.sqrt());
@@ -144,7 +146,7 @@ impl<V: Machine> Turns<V> {
     /// The ratio of the variance over the piece's light to the square of a difference between the ends.
     #[inline(always)]
     pub fn variance(&self) -> Floats<V> {
-        self.spread.centre * self.spread.centre * -1.0 + 1.0 / 12.0
+        (self.spread.second - self.spread.centre * self.spread.centre).max(0.0)
     }
 }
 

@@ -237,7 +237,7 @@ fn tile_of_rays(job: &Job, number: u32, rays: &[Traced]) -> Tile {
         }
         let [columns, frusta, void_frusta] = [columns, frusta, void_frusta].map(u64::from);
         counts += Counts { rays: 1, columns, frusta, void_frusta, ..Counts::default() };
-        let light = Radiance { color, alpha: absorbed, error, variance }.wide();
+        let light = Radiance { color, alpha: absorbed, error, variance, shade_variance: 0.0 }.wide();
         let surfaces = BoundarySignature::of_values(surfaces);
         Pixel { surfaces, ..background_blend(scene, brightest, Some(light)) }
     };

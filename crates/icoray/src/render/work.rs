@@ -180,16 +180,14 @@ pub(super) fn notes(scene: &Scene) -> Vec<(&'static str, String)> {
     ]
 }
 
-/// Number of standard deviations of rounding in the error of a pixel. The standard deviation of a rounding is replaced
-/// by its largest size, which is 1.7 times larger. With 4 of them, 3 of 830,000 pixels of random unlit scenes in single
-/// precision were farther off than their error, by at most 1.2 times. Under light, where errors are estimates in any
-/// case, a fifth would put pixels of flat parts of fields above the tolerance.
-const DEVIATIONS: f64 = 5.0;
-const LIT_DEVIATIONS: f64 = 4.0;
-
 /// Error bound of rounded positions for a ray that grazes an edge of the mesh; in single precision, in which a piece is
 /// a part of its frustum, half a last digit is added.
 const GEOMETRY: f64 = 1e-9;
+
+/// Last digits of absorbed light by which a lit pixel in single precision may be off besides: neighbouring frusta share
+/// the rounding of values and gradients at their vertices. It is the least error to which pieces are cut
+/// ([`Shading::least_error`](icoray_kernel::shade::Shading::least_error)).
+const SHARED_ROUNDING: f64 = 4.0;
 
 /// The light at some points, over the background. A ray may be long: none starts once `is_stopped` is true.
 fn pixels(
@@ -251,12 +249,16 @@ pub(super) fn background_blend(scene: &Scene, brightest: f64, met: Option<Radian
             [r, g, b, 1.0]
         }
     };
-    let deviations = if scene.lighting.is_some() { LIT_DEVIATIONS } else { DEVIATIONS };
-    let rounding = deviations * light.variance.sqrt();
-    let geometry = GEOMETRY + if scene.precision == Precision::F32 { f64::from(f32::EPSILON) / 2.0 } else { 0.0 };
+    let is_lit = scene.lighting.is_some();
+    let geometry = GEOMETRY
+        + match scene.precision {
+            Precision::F64 => 0.0,
+            Precision::F32 if is_lit => f64::from(f32::EPSILON) * (0.5 + SHARED_ROUNDING * absorbed),
+            Precision::F32 => f64::from(f32::EPSILON) * 0.5,
+        };
     // The picture itself is in f32.
     let stored = color.iter().fold(0.0f64, |most, c| most.max(*c)) * f64::from(f32::EPSILON) / 2.0;
-    let error = if met.is_some() { light.error + rounding + stored + geometry } else { 0.0 };
+    let error = if met.is_some() { light.total_error(is_lit) + stored + geometry } else { 0.0 };
     let error = error.min(brightest.max(1.0)) as f32;
     Pixel { color: color.map_inline(|c| c as f32), error, surfaces: BoundarySignature::default() }
 }

@@ -20,10 +20,10 @@ pub fn segment([f0, f1, kappa, eps, length]: [f32; 5]) -> Segment<f32> {
     Segment { f0, f1, kappa, eps, length }
 }
 
-/// Red, green, blue, absorbed, error, variance.
-pub fn numbers_of(light: Radiance<f32>) -> [f32; 6] {
-    let Radiance { color: [r, g, b], alpha, error, variance } = light;
-    [r, g, b, alpha, error, variance]
+/// Red, green, blue, absorbed, error, both variances.
+pub fn numbers_of(light: Radiance<f32>) -> [f32; 7] {
+    let Radiance { color: [r, g, b], alpha, error, variance, shade_variance } = light;
+    [r, g, b, alpha, error, variance, shade_variance]
 }
 
 /// WGSL that reads a segment from `inputs`: f0, f1, kappa, eps, length.
