@@ -6,12 +6,14 @@
 //! colour by at most C adds no more than T times K times its length, and C times what it absorbs.
 
 use crate::transfer::KernelKnot;
+use fearless_simd::{Level, dispatch};
 use glam::DVec3;
 use icoray_grid::Grid;
-use icoray_grid::array::MapInline;
-use icoray_grid::deviation::{GapRange, GridPair};
+use icoray_grid::array::{MapInline, partition_point};
+use icoray_grid::deviation::{GapFinder, GapRange, GridPair};
 use icoray_grid::occupancy::OccupancyMask;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// K and C in each gap over each triangle of a coarser grid.
 #[derive(Debug)]
@@ -34,18 +36,12 @@ impl Deviations {
         let gaps = pair.radius.len().saturating_sub(1);
         let mut words = vec![0; gaps * pair.coarse.triangles()];
         let ends = pair.ends();
-        let over = |(triangle, words): (usize, &mut [u32])| {
-            let mut densest = [0.0f64; 2];
-            for (gap, (word, range)) in words.iter_mut().zip(pair.gaps(triangle as u32)).enumerate() {
-                let effect = Effect::of(knots, &range);
-                *word = effect.word();
-                for (densest, _) in densest.iter_mut().zip(&ends).filter(|(_, end)| end.contains(&gap)) {
-                    *densest = densest.max(effect.densest);
-                }
-            }
-            densest
+        let spans = Spans::new(knots);
+        let over = |finder: &mut GapFinder, (triangle, words): (usize, &mut [u32])| {
+            let ranges = finder.gaps(triangle as u32);
+            dispatch!(Level::new(), _simd => spans.fill(ranges, words, &ends))
         };
-        let all = words.par_chunks_mut(gaps).enumerate().map(over);
+        let all = words.par_chunks_mut(gaps).enumerate().map_init(|| GapFinder::new(*pair), over);
         let [inner, outer] = all.reduce(|| [0.0; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
         let [first, last] = [pair.radius[0], pair.radius[gaps]];
         let around = |radius: f64| pair.facets().map(|grid| grid.map(|facet| facet * radius));
@@ -112,65 +108,144 @@ struct Effect {
 }
 
 impl Effect {
-    fn of(knots: &[KernelKnot], &GapRange { low, high, deviation }: &GapRange) -> Self {
+    fn word(self) -> u32 {
+        if self.densest == 0.0 {
+            return 0;
+        }
+        // More than the number in single precision, of which rounding may have made less.
+        let half = |number: f64| ((number.min(1e30) as f32).to_bits() >> 16) + 1;
+        half(self.extinction) << 16 | half(self.color)
+    }
+}
+
+/// A transfer function between and beside its knots.
+struct Spans {
+    /// The span below all knots, and the one above each knot.
+    spans: Vec<Span>,
+    /// The greatest extinction.
+    densest: f64,
+}
+
+/// A part of a transfer function in which colour and extinction are linear.
+struct Span {
+    value: f64,
+    /// Colour and extinction at `value`.
+    channels: [f64; 4],
+    /// Their change per unit of value; infinite at a step.
+    slopes: [f64; 4],
+}
+
+impl Spans {
+    fn new(knots: &[KernelKnot]) -> Self {
+        let (first, last) = (&knots[..1], &knots[knots.len() - 1..]);
+        let pairs = first.iter().chain(knots).zip(knots.iter().chain(last));
+        let span = |(from, to): (&KernelKnot, &KernelKnot)| {
+            let (value, channels, to_channels) = (from.value, from.channels(), to.channels());
+            let slope = |k: usize| match to_channels[k] - channels[k] {
+                0.0 => 0.0,
+                rise => rise / (to.value - value),
+            };
+            Span { value, channels, slopes: [0, 1, 2, 3].map_inline(slope) }
+        };
+        let densest = knots.iter().fold(0.0, |most: f64, knot| most.max(knot.extinction));
+        Spans { spans: pairs.map(span).collect(), densest }
+    }
+
+    /// Fills the words of the gaps over a triangle, and returns the greatest extinctions in those of `ends`.
+    #[inline(always)]
+    fn fill(&self, ranges: &[GapRange], words: &mut [u32], ends: &[Range<usize>; 2]) -> [f64; 2] {
+        let mut densest = [0.0f64; 2];
+        for (gap, (word, range)) in words.iter_mut().zip(ranges).enumerate() {
+            let effect = self.effect(range);
+            *word = effect.word();
+            for (densest, _) in densest.iter_mut().zip(ends).filter(|(_, end)| end.contains(&gap)) {
+                *densest = densest.max(effect.densest);
+            }
+        }
+        densest
+    }
+
+    /// The effect of values that differ by the deviation of a range.
+    #[inline(always)]
+    fn effect(&self, &GapRange { low, high, deviation }: &GapRange) -> Effect {
         if low > high {
             return Effect { extinction: 0.0, color: 0.0, densest: 0.0 };
         }
         if deviation == f64::INFINITY {
             // One grid may show nothing where the other does.
-            let extinction = knots.iter().fold(0.0, |most: f64, knot| most.max(knot.extinction));
-            return Effect { extinction, color: 1.0, densest: extinction };
+            return Effect { extinction: self.densest, color: 1.0, densest: self.densest };
         }
         let [low, high] = [low - deviation, high + deviation];
-        let first = knots.partition_point(|knot| knot.value < low);
-        let behind = knots.partition_point(|knot| knot.value <= high);
-        let ends = [channels(knots, low), channels(knots, high)];
-        let all = || ends.into_iter().chain(knots[first..behind].iter().map(KernelKnot::channels));
-        let least = all().fold([f64::INFINITY; 4], |a, b| [0, 1, 2, 3].map_inline(|k: usize| a[k].min(b[k])));
-        let most = all().fold([0.0f64; 4], |a, b| [0, 1, 2, 3].map_inline(|k: usize| a[k].max(b[k])));
-        let mut steepest = [0.0f64; 4];
-        for pair in knots[first.saturating_sub(1)..(behind + 1).min(knots.len())].windows(2) {
-            let (from, to) = (pair[0].channels(), pair[1].channels());
-            let inverse = 1.0 / (pair[1].value - pair[0].value);
-            for k in 0..4 {
-                let rise = (to[k] - from[k]).abs();
-                steepest[k] = steepest[k].max(if rise > 0.0 { rise * inverse } else { 0.0 });
-            }
+        let first = partition_point(&self.spans[1..], |span| span.value < low);
+        let mut span = &self.spans[first];
+        let mut least = span.channels_at(low);
+        let (mut most, mut steepest) = (least, span.steepness());
+        for next in self.spans[first + 1..].iter().take_while(|next| next.value <= high) {
+            span = next;
+            (least, most) = (each(least, span.channels, f64::min), each(most, span.channels, f64::max));
+            steepest = each(steepest, span.steepness(), f64::max);
         }
+        let end = span.channels_at(high);
+        (least, most) = (each(least, end, f64::min), each(most, end, f64::max));
         // A step's slope is infinite, and nothing deviates by 0 there.
-        let change = |k: usize| match deviation {
+        let [r, g, b, extinction] = [0, 1, 2, 3].map_inline(|k| match deviation {
             0.0 => 0.0,
             deviation => (steepest[k] * deviation).min(most[k] - least[k]),
-        };
-        Effect { extinction: change(3), color: [0, 1, 2].map(change).into_iter().fold(0.0, f64::max), densest: most[3] }
-    }
-
-    fn word(self) -> u32 {
-        /// The part of a number in single precision that a word leaves out.
-        const REST: u32 = 0xffff;
-        if self.densest == 0.0 {
-            return 0;
-        }
-        // Twice rounded up: to single precision, and to its upper half.
-        let half = |number: f64| (number.min(1e30) as f32).next_up().to_bits().saturating_add(REST) >> 16;
-        half(self.extinction) << 16 | half(self.color)
+        });
+        Effect { extinction, color: r.max(g).max(b), densest: most[3] }
     }
 }
 
-/// Colour and extinction at a value, on the side of the spans below where it is a step.
-fn channels(knots: &[KernelKnot], value: f64) -> [f64; 4] {
-    let above = knots.partition_point(|knot| knot.value < value);
-    let Some(to) = knots.get(above) else { return knots[knots.len() - 1].channels() };
-    let Some(from) = above.checked_sub(1).map(|below| &knots[below]) else { return to.channels() };
-    let part = (value - from.value) / (to.value - from.value);
-    let (from, to) = (from.channels(), to.channels());
-    [0, 1, 2, 3].map(|k| from[k] + part * (to[k] - from[k]))
+/// A function of each channel.
+#[inline(always)]
+fn each(a: [f64; 4], b: [f64; 4], of: impl Fn(f64, f64) -> f64) -> [f64; 4] {
+    [0, 1, 2, 3].map_inline(|k| of(a[k], b[k]))
+}
+
+impl Span {
+    #[inline(always)]
+    fn steepness(&self) -> [f64; 4] {
+        self.slopes.map_inline(f64::abs)
+    }
+
+    #[inline(always)]
+    fn channels_at(&self, value: f64) -> [f64; 4] {
+        [0, 1, 2, 3].map_inline(|k| self.channels[k] + (value - self.value) * self.slopes[k])
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use icoray_test_support::Random;
+
+    /// Colour and extinction at a value, on the side of the spans below where it is a step.
+    fn channels(knots: &[KernelKnot], value: f64) -> [f64; 4] {
+        let above = knots.partition_point(|knot| knot.value < value);
+        let Some(to) = knots.get(above) else { return knots[knots.len() - 1].channels() };
+        let Some(from) = above.checked_sub(1).map(|below| &knots[below]) else { return to.channels() };
+        let part = (value - from.value) / (to.value - from.value);
+        let (from, to) = (from.channels(), to.channels());
+        [0, 1, 2, 3].map(|k| from[k] + part * (to[k] - from[k]))
+    }
+
+    /// The effect of all knots and of all pairs of neighbouring knots in a range.
+    fn effect_of(knots: &[KernelKnot], &GapRange { low, high, deviation }: &GapRange) -> Effect {
+        let [low, high] = [low - deviation, high + deviation];
+        let inner = knots.iter().filter(|knot| low <= knot.value && knot.value <= high).map(KernelKnot::channels);
+        let all: Vec<[f64; 4]> = inner.chain([channels(knots, low), channels(knots, high)]).collect();
+        let most = |k: usize| all.iter().fold(0.0, |most: f64, at| most.max(at[k]));
+        let slope = |pair: &[KernelKnot], k: usize| {
+            (pair[1].channels()[k] - pair[0].channels()[k]).abs() / (pair[1].value - pair[0].value)
+        };
+        let change = |k: usize| {
+            let within = knots.windows(2).filter(|pair| pair[0].value <= high && pair[1].value >= low);
+            // A maximum ignores the slope 0/0 of a step in other channels.
+            let steepest = within.map(|pair| slope(pair, k)).fold(0.0, f64::max);
+            (steepest * deviation).min(most(k) - all.iter().fold(f64::INFINITY, |least, at| least.min(at[k])))
+        };
+        Effect { extinction: change(3), color: [0, 1, 2].map(change).into_iter().fold(0.0, f64::max), densest: most(3) }
+    }
 
     /// Extinction and colour of random functions with steps, at random values and others near them.
     #[test]
@@ -188,7 +263,11 @@ mod tests {
             let knots: Vec<KernelKnot> = (0..2 + random.below(6)).map(|_| knot(&mut random)).collect();
             let low = 5.0 * random.unit() - 1.0;
             let range = GapRange { low, high: low + 0.5 * random.unit(), deviation: 0.3 * random.unit() };
-            let effect = Effect::of(&knots, &range);
+            let effect = Spans::new(&knots).effect(&range);
+            let expected = effect_of(&knots, &range);
+            let parts = |effect: Effect| [effect.extinction, effect.color, effect.densest];
+            let off = parts(effect).iter().zip(parts(expected)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-12, "{effect:?}, expected {expected:?}: {knots:?}, {range:?}");
             let word = effect.word();
             assert_eq!(word == 0, effect.densest == 0.0);
             visible += u32::from(word != 0);
