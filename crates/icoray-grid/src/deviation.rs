@@ -96,7 +96,6 @@ pub struct GapFinder<'g> {
     /// The weights of the vertices at each cell.
     weights: Vec<[f64; 3]>,
     layers: Vec<LayerRange>,
-    ranges: Vec<GapRange>,
 }
 
 /// A gap over any triangle.
@@ -132,18 +131,15 @@ impl<'g> GapFinder<'g> {
         let gaps = radius.windows(2).map(gap).collect();
         let mut inverse: Vec<f64> = radius.windows(2).map(|ends| 1.0 / (ends[1] - ends[0])).collect();
         inverse.resize(radius.len().next_multiple_of(LANES), 0.0);
-        let (columns, weights, layers, ranges) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        GapFinder { pair, gaps, inverse, columns, weights, layers, ranges }
+        GapFinder { pair, gaps, inverse, columns: Vec::new(), weights: Vec::new(), layers: Vec::new() }
     }
 
     /// The values of each gap over a triangle, from the innermost.
-    pub fn gaps(&mut self, triangle: u32) -> &[GapRange] {
+    pub fn gaps(&mut self, triangle: u32) -> impl Iterator<Item = GapRange> {
         let cells = self.pair.over.of(triangle);
         dispatch!(Level::new(), simd => self.read(simd, triangle, cells));
         let gaps = self.gaps.iter().zip(self.layers.windows(2));
-        self.ranges.clear();
-        self.ranges.extend(gaps.map(|(gap, ends)| gap.range(ends, &self.layers, cells.len() as f64)));
-        &self.ranges
+        gaps.map(|(gap, ends)| gap.range(ends, &self.layers, cells.len() as f64))
     }
 
     /// Finds the values at each layer over a triangle, over which these cells are.
@@ -201,7 +197,8 @@ impl<'g> GapFinder<'g> {
 }
 
 impl Gap {
-    /// The values between two layers at its ends, out of all layers over a triangle and this number of cells.
+    /// The values between the two layers at its ends, out of all layers over a triangle and this number of cells.
+    #[inline]
     fn range(&self, ends: &[LayerRange], layers: &[LayerRange], cells: f64) -> GapRange {
         if ends.iter().any(|layer| layer.missing == cells) {
             return GapRange::NONE;

@@ -13,7 +13,6 @@ use icoray_grid::array::{MapInline, partition_point};
 use icoray_grid::deviation::{GapFinder, GapRange, GridPair};
 use icoray_grid::occupancy::OccupancyMask;
 use rayon::prelude::*;
-use std::ops::Range;
 
 /// K and C in each gap over each triangle of a coarser grid.
 #[derive(Debug)]
@@ -36,10 +35,18 @@ impl Deviations {
         let gaps = pair.radius.len().saturating_sub(1);
         let mut words = vec![0; gaps * pair.coarse.triangles()];
         let ends = pair.ends();
-        let spans = Spans::new(knots);
+        let function = LinearPart::all(knots);
         let over = |finder: &mut GapFinder, (triangle, words): (usize, &mut [u32])| {
+            let mut densest = [0.0f64; 2];
             let ranges = finder.gaps(triangle as u32);
-            dispatch!(Level::new(), _simd => spans.fill(ranges, words, &ends))
+            dispatch!(Level::new(), _simd => for (gap, (word, range)) in words.iter_mut().zip(ranges).enumerate() {
+                let effect = Effect::of(&function, &range);
+                *word = effect.word();
+                for (densest, _) in densest.iter_mut().zip(&ends).filter(|(_, end)| end.contains(&gap)) {
+                    *densest = densest.max(effect.densest);
+                }
+            });
+            densest
         };
         let all = words.par_chunks_mut(gaps).enumerate().map_init(|| GapFinder::new(*pair), over);
         let [inner, outer] = all.reduce(|| [0.0; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
@@ -108,6 +115,37 @@ struct Effect {
 }
 
 impl Effect {
+    /// That on values of a range through a transfer function.
+    #[inline(always)]
+    fn of(function: &[LinearPart], &GapRange { low, high, deviation }: &GapRange) -> Self {
+        if low > high {
+            return Effect { extinction: 0.0, color: 0.0, densest: 0.0 };
+        }
+        if deviation == f64::INFINITY {
+            // One grid may show nothing where the other does.
+            let densest = function.iter().fold(0.0, |most: f64, part| most.max(part.channels[3]));
+            return Effect { extinction: densest, color: 1.0, densest };
+        }
+        let [low, high] = [low - deviation, high + deviation];
+        let first = partition_point(&function[1..], |part| part.value < low);
+        let mut part = &function[first];
+        let mut least = part.channels_at(low);
+        let (mut most, mut steepest) = (least, part.slopes.map_inline(f64::abs));
+        for next in function[first + 1..].iter().take_while(|next| next.value <= high) {
+            part = next;
+            (least, most) = (each(least, part.channels, f64::min), each(most, part.channels, f64::max));
+            steepest = each(steepest, part.slopes.map_inline(f64::abs), f64::max);
+        }
+        let end = part.channels_at(high);
+        (least, most) = (each(least, end, f64::min), each(most, end, f64::max));
+        // A step's slope is infinite, and nothing deviates by 0 there.
+        let [r, g, b, extinction] = [0, 1, 2, 3].map_inline(|k| match deviation {
+            0.0 => 0.0,
+            deviation => (steepest[k] * deviation).min(most[k] - least[k]),
+        });
+        Effect { extinction, color: r.max(g).max(b), densest: most[3] }
+    }
+
     fn word(self) -> u32 {
         if self.densest == 0.0 {
             return 0;
@@ -118,99 +156,39 @@ impl Effect {
     }
 }
 
-/// A transfer function between and beside its knots.
-struct Spans {
-    /// The span below all knots, and the one above each knot.
-    spans: Vec<Span>,
-    /// The greatest extinction.
-    densest: f64,
-}
-
-/// A part of a transfer function in which colour and extinction are linear.
-struct Span {
-    value: f64,
-    /// Colour and extinction at `value`.
-    channels: [f64; 4],
-    /// Their change per unit of value; infinite at a step.
-    slopes: [f64; 4],
-}
-
-impl Spans {
-    fn new(knots: &[KernelKnot]) -> Self {
-        let (first, last) = (&knots[..1], &knots[knots.len() - 1..]);
-        let pairs = first.iter().chain(knots).zip(knots.iter().chain(last));
-        let span = |(from, to): (&KernelKnot, &KernelKnot)| {
-            let (value, channels, to_channels) = (from.value, from.channels(), to.channels());
-            let slope = |k: usize| match to_channels[k] - channels[k] {
-                0.0 => 0.0,
-                rise => rise / (to.value - value),
-            };
-            Span { value, channels, slopes: [0, 1, 2, 3].map_inline(slope) }
-        };
-        let densest = knots.iter().fold(0.0, |most: f64, knot| most.max(knot.extinction));
-        Spans { spans: pairs.map(span).collect(), densest }
-    }
-
-    /// Fills the words of the gaps over a triangle, and returns the greatest extinctions in those of `ends`.
-    #[inline(always)]
-    fn fill(&self, ranges: &[GapRange], words: &mut [u32], ends: &[Range<usize>; 2]) -> [f64; 2] {
-        let mut densest = [0.0f64; 2];
-        for (gap, (word, range)) in words.iter_mut().zip(ranges).enumerate() {
-            let effect = self.effect(range);
-            *word = effect.word();
-            for (densest, _) in densest.iter_mut().zip(ends).filter(|(_, end)| end.contains(&gap)) {
-                *densest = densest.max(effect.densest);
-            }
-        }
-        densest
-    }
-
-    /// The effect of values that differ by the deviation of a range.
-    #[inline(always)]
-    fn effect(&self, &GapRange { low, high, deviation }: &GapRange) -> Effect {
-        if low > high {
-            return Effect { extinction: 0.0, color: 0.0, densest: 0.0 };
-        }
-        if deviation == f64::INFINITY {
-            // One grid may show nothing where the other does.
-            return Effect { extinction: self.densest, color: 1.0, densest: self.densest };
-        }
-        let [low, high] = [low - deviation, high + deviation];
-        let first = partition_point(&self.spans[1..], |span| span.value < low);
-        let mut span = &self.spans[first];
-        let mut least = span.channels_at(low);
-        let (mut most, mut steepest) = (least, span.steepness());
-        for next in self.spans[first + 1..].iter().take_while(|next| next.value <= high) {
-            span = next;
-            (least, most) = (each(least, span.channels, f64::min), each(most, span.channels, f64::max));
-            steepest = each(steepest, span.steepness(), f64::max);
-        }
-        let end = span.channels_at(high);
-        (least, most) = (each(least, end, f64::min), each(most, end, f64::max));
-        // A step's slope is infinite, and nothing deviates by 0 there.
-        let [r, g, b, extinction] = [0, 1, 2, 3].map_inline(|k| match deviation {
-            0.0 => 0.0,
-            deviation => (steepest[k] * deviation).min(most[k] - least[k]),
-        });
-        Effect { extinction, color: r.max(g).max(b), densest: most[3] }
-    }
-}
-
 /// A function of each channel.
 #[inline(always)]
 fn each(a: [f64; 4], b: [f64; 4], of: impl Fn(f64, f64) -> f64) -> [f64; 4] {
     [0, 1, 2, 3].map_inline(|k| of(a[k], b[k]))
 }
 
-impl Span {
-    #[inline(always)]
-    fn steepness(&self) -> [f64; 4] {
-        self.slopes.map_inline(f64::abs)
+/// A part of a transfer function in which colour and extinction are linear.
+struct LinearPart {
+    /// Value of the knot at which the part begins; of the first knot for the part below it.
+    value: f64,
+    /// Colour and extinction at the knot.
+    channels: [f64; 4],
+    /// Their change per unit of value; infinite at a step.
+    slopes: [f64; 4],
+}
+
+impl LinearPart {
+    /// The part below all knots, and the one above each knot.
+    fn all(knots: &[KernelKnot]) -> Vec<Self> {
+        let ends = [knots[..1].iter(), knots.iter(), knots[knots.len() - 1..].iter()];
+        let all: Vec<&KernelKnot> = ends.into_iter().flatten().collect();
+        let part = |pair: &[&KernelKnot]| {
+            let [from, to] = [pair[0].channels(), pair[1].channels()];
+            let width = pair[1].value - pair[0].value;
+            let slope = |from: f64, to: f64| if from == to { 0.0 } else { (to - from) / width };
+            LinearPart { value: pair[0].value, channels: from, slopes: each(from, to, slope) }
+        };
+        all.windows(2).map(part).collect()
     }
 
     #[inline(always)]
     fn channels_at(&self, value: f64) -> [f64; 4] {
-        [0, 1, 2, 3].map_inline(|k| self.channels[k] + (value - self.value) * self.slopes[k])
+        each(self.channels, self.slopes, |channel, slope| channel + (value - self.value) * slope)
     }
 }
 
@@ -263,7 +241,7 @@ mod tests {
             let knots: Vec<KernelKnot> = (0..2 + random.below(6)).map(|_| knot(&mut random)).collect();
             let low = 5.0 * random.unit() - 1.0;
             let range = GapRange { low, high: low + 0.5 * random.unit(), deviation: 0.3 * random.unit() };
-            let effect = Spans::new(&knots).effect(&range);
+            let effect = Effect::of(&LinearPart::all(&knots), &range);
             let expected = effect_of(&knots, &range);
             let parts = |effect: Effect| [effect.extinction, effect.color, effect.densest];
             let off = parts(effect).iter().zip(parts(expected)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
