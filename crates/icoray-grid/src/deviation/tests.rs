@@ -110,7 +110,7 @@ fn missing_values_are_no_values() {
     let coarse = CoarseGrid::new(&fine).unwrap();
     let over = CellsOver::new(&fine, coarse.grid());
     // The coarser grid has none of the single cells with values.
-    let is_single = |cell: u32| cell as usize > coarse.grid().cells() && cell % 60 == 0;
+    let is_single = |cell: u32| cell as usize > coarse.grid().cells() && cell.is_multiple_of(60);
     let value = |cell: u32| if fine.direction(cell).z > 0.2 && !is_single(cell) { f64::NAN } else { 1.0 };
     let values: Vec<f64> = (0..fine.cells() as u32).flat_map(|cell| [value(cell); RADIUS.len()]).collect();
     let field = Field::level_fastest(&values, RADIUS.len(), Location::Center).unwrap();
