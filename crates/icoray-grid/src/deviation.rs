@@ -15,6 +15,7 @@
 use crate::array::MapInline;
 use crate::field::Field;
 use crate::grid::{CellsOver, Grid};
+use fearless_simd::{Level, Simd, dispatch, f64x8, prelude::*};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -32,6 +33,8 @@ pub struct GapRange {
 impl GapRange {
     /// That of missing values.
     const NONE: Self = GapRange { low: f64::INFINITY, high: f64::NEG_INFINITY, deviation: 0.0 };
+    /// That of values of which some are missing.
+    const UNKNOWN: Self = GapRange { low: f64::NEG_INFINITY, high: f64::INFINITY, deviation: f64::INFINITY };
 }
 
 /// A field on a grid, and a coarser grid over some of its cells.
@@ -51,36 +54,7 @@ pub struct GridPair<'g> {
     pub over: &'g CellsOver,
 }
 
-/// The values over a triangle.
-struct LayerRanges {
-    /// Those at each layer.
-    at: Vec<LayerRange>,
-    /// Range of heights of the finer grid's cells over the plane of the triangle.
-    heights: [f64; 2],
-}
-
-/// The values at a layer over a triangle.
-#[derive(Debug, Clone, Copy)]
-struct LayerRange {
-    /// Least and greatest of the coarser grid.
-    own: [f64; 2],
-    /// Least and greatest of the coarser grid, continued to the cells of the finer one.
-    continued: [f64; 2],
-    deviation: f64,
-    /// Number of missing values.
-    missing: f64,
-    /// The steepest slope from here to the next layer.
-    slope: f64,
-}
-
 impl GridPair<'_> {
-    /// The values of each gap over a triangle, from the innermost.
-    pub fn gaps(&self, triangle: u32) -> Vec<GapRange> {
-        let layers = self.layers(triangle);
-        let (cells, shift) = (self.over.of(triangle).len() as f64, self.shift());
-        (0..self.radius.len().saturating_sub(1)).map(|gap| self.gap(&layers, gap, cells, shift)).collect()
-    }
-
     /// The factor by which radii of the coarser grid's layers are larger.
     pub fn lift(&self) -> f64 {
         0.5 * (1.0 + 1.0 / self.coarse.lowest_facet())
@@ -106,82 +80,137 @@ impl GridPair<'_> {
         let [first, last] = [radius[0], radius[radius.len() - 1]];
         [touched(radius, [first, first * high / low]), touched(radius, [last * low / high, last])]
     }
+}
 
-    /// The values at each layer over a triangle.
-    fn layers(&self, triangle: u32) -> LayerRanges {
-        let cells = self.coarse.counterclockwise(triangle).0;
-        let at = cells.map_inline(|cell| self.coarse.direction(cell));
-        let normal = [0, 1, 2].map_inline(|k: usize| at[(k + 1) % 3].cross(at[(k + 2) % 3]));
-        let plane: DVec3 = normal.into_iter().sum();
-        let count = self.radius.len();
-        let inverse: Vec<f64> = self.radius.windows(2).map(|pair| 1.0 / (pair[1] - pair[0])).collect();
-        let [a, b, c] = cells.map(|cell| {
-            let mut column = vec![0.0; count];
-            self.field.read_column(self.cells[cell as usize] as usize, &mut column);
-            column
-        });
-        let own = |layer: usize| [a[layer], b[layer], c[layer]].into_iter().fold(NOTHING, widened);
-        let none = LayerRange { own: NOTHING, continued: NOTHING, deviation: 0.0, missing: 0.0, slope: 0.0 };
-        let at = (0..count).map(|layer| LayerRange { own: own(layer), ..none }).collect();
-        let mut found = LayerRanges { at, heights: NOTHING };
-        let mut column = vec![0.0; count];
-        for &cell in self.over.of(triangle) {
-            self.field.read_column(cell as usize, &mut column);
-            let direction = self.fine.direction(cell);
-            let height = plane.dot(direction);
-            found.heights = widened(found.heights, height);
-            let [u, v, w] = normal.map_inline(|normal| normal.dot(direction) / height);
-            let coarse = a.iter().zip(&b).zip(&c).map(|((a, b), c)| u * a + v * b + w * c);
-            for ((value, coarse), found) in column.iter().zip(coarse).zip(&mut found.at) {
-                let [low, high] = &mut found.continued;
-                (*low, *high) = (lesser(*low, coarse), greater(*high, coarse));
-                found.deviation = greater(found.deviation, (value - coarse).abs());
-                found.missing += f64::from(u8::from(value.is_nan()));
-            }
-            for ((pair, inverse), found) in column.windows(2).zip(&inverse).zip(&mut found.at) {
-                found.slope = greater(found.slope, (pair[1] - pair[0]).abs() * inverse);
-            }
-        }
-        found
+/// Values in a vector.
+const LANES: usize = 8;
+
+/// Finds the values in the gaps over one triangle after another.
+pub struct GapFinder<'g> {
+    pair: GridPair<'g>,
+    gaps: Vec<Gap>,
+    /// Inverse thickness of the gap above each layer, with zeros up to a whole vector.
+    inverse: Vec<f64>,
+    /// The values at the vertices of the triangle and at the cells over it, each column as long as `inverse`.
+    columns: Vec<f64>,
+    /// The weights of the vertices at each cell.
+    weights: Vec<[f64; 3]>,
+    layers: Vec<LayerRange>,
+}
+
+/// A gap over any triangle.
+struct Gap {
+    /// How much higher a place may be in one grid than in the other.
+    shift: f64,
+    /// The gaps in which the place may be there.
+    touched: Range<usize>,
+}
+
+/// The values at a layer over a triangle.
+struct LayerRange {
+    /// Least of the coarser grid.
+    low: f64,
+    /// Greatest of the coarser grid.
+    high: f64,
+    /// The most by which the finer grid's values differ from these.
+    deviation: f64,
+    /// Number of missing values.
+    missing: f64,
+    /// The steepest slope from here to the next layer.
+    slope: f64,
+}
+
+impl<'g> GapFinder<'g> {
+    /// Finds the values of `pair`.
+    pub fn new(pair: GridPair<'g>) -> Self {
+        let (radius, shift) = (pair.radius, pair.shift());
+        let gap = |ends: &[f64]| {
+            let shift = shift * ends[1];
+            Gap { shift, touched: touched(radius, [ends[0] - shift, ends[1] + shift]) }
+        };
+        let gaps = radius.windows(2).map(gap).collect();
+        let mut inverse: Vec<f64> = radius.windows(2).map(|ends| 1.0 / (ends[1] - ends[0])).collect();
+        inverse.resize(radius.len().next_multiple_of(LANES), 0.0);
+        GapFinder { pair, gaps, inverse, columns: Vec::new(), weights: Vec::new(), layers: Vec::new() }
     }
 
-    /// The values of the gap above a layer over this number of cells; `shift` is that of the module's head.
-    fn gap(&self, layers: &LayerRanges, gap: usize, cells: f64, shift: f64) -> GapRange {
-        let ends = &layers.at[gap..gap + 2];
+    /// The values of each gap over a triangle, from the innermost.
+    pub fn gaps(&mut self, triangle: u32) -> impl Iterator<Item = GapRange> {
+        let cells = self.pair.over.of(triangle);
+        dispatch!(Level::new(), simd => self.read(simd, triangle, cells));
+        let gaps = self.gaps.iter().zip(self.layers.windows(2));
+        gaps.map(|(gap, ends)| gap.range(ends, &self.layers, cells.len() as f64))
+    }
+
+    /// Finds the values at each layer over a triangle, over which these cells are.
+    #[inline(always)]
+    fn read<V: Simd>(&mut self, simd: V, triangle: u32, over: &[u32]) {
+        let GridPair { fine, field, radius, coarse, cells, .. } = self.pair;
+        let vertices = coarse.counterclockwise(triangle).0;
+        let at = vertices.map_inline(|cell| coarse.direction(cell));
+        let normal = [0, 1, 2].map_inline(|k: usize| at[(k + 1) % 3].cross(at[(k + 2) % 3]));
+        let plane: DVec3 = normal.into_iter().sum();
+        let [mut lowest, mut highest] = [f64::INFINITY, f64::NEG_INFINITY];
+        self.weights.clear();
+        self.weights.extend(over.iter().map(|cell| {
+            let direction = fine.direction(*cell);
+            let height = plane.dot(direction);
+            (lowest, highest) = (lowest.min(height), highest.max(height));
+            normal.map_inline(|normal| normal.dot(direction) / height)
+        }));
+        let spread = highest / lowest - 1.0;
+        let length = self.inverse.len();
+        // One more, as the layers above those of a vector are read too.
+        self.columns.resize((3 + over.len()) * length + 1, 0.0);
+        let all = vertices.map_inline(|vertex| &cells[vertex as usize]).into_iter().chain(over);
+        for (cell, column) in all.zip(self.columns.chunks_exact_mut(length)) {
+            field.read_column(*cell as usize, &mut column[..radius.len()]);
+        }
+        let vector = |of: &[f64], start: usize| f64x8::from_slice(simd, &of[start..start + LANES]);
+        let [zero, one] = [0.0, 1.0].map_inline(|value| f64x8::splat(simd, value));
+        self.layers.clear();
+        for first in (0..length).step_by(LANES) {
+            let [a, b, c] = [0, 1, 2].map_inline(|vertex| vector(&self.columns, vertex * length + first));
+            let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY].map_inline(|value| f64x8::splat(simd, value));
+            let [mut deviation, mut missing, mut step] = [zero; 3];
+            for (start, [u, v, w]) in (3 * length + first..).step_by(length).zip(&self.weights) {
+                let [value, above] = [start, start + 1].map_inline(|start| vector(&self.columns, start));
+                let continued = a * *u + b * *v + c * *w;
+                (low, high) = (low.min(continued), high.max(continued));
+                deviation = deviation.max((value - continued).abs());
+                missing += value.simd_eq(value).select(zero, one);
+                step = step.max((above - value).abs());
+            }
+            deviation += (high - low) * spread;
+            let slope = step * vector(&self.inverse, first);
+            let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+            self.layers.extend((0..LANES).map(|k| LayerRange {
+                low: low[k],
+                high: high[k],
+                deviation: deviation[k],
+                missing: missing[k],
+                slope: slope[k],
+            }));
+        }
+        self.layers.truncate(radius.len());
+    }
+}
+
+impl Gap {
+    /// The values between the two layers at its ends, out of all layers over a triangle and this number of cells.
+    #[inline]
+    fn range(&self, ends: &[LayerRange], layers: &[LayerRange], cells: f64) -> GapRange {
         if ends.iter().any(|layer| layer.missing == cells) {
             return GapRange::NONE;
         }
-        let [low, high] = ends.iter().flat_map(|layer| layer.own).fold(NOTHING, widened);
-        let (radius, shift) = (self.radius, self.radius[gap + 1] * shift);
-        let touched = touched(radius, [radius[gap] - shift, radius[gap + 1] + shift]);
-        if layers.at[touched.start..touched.end + 1].iter().any(|layer| layer.missing > 0.0) {
-            return GapRange { low, high, deviation: f64::INFINITY };
+        let Range { start, end } = self.touched;
+        if layers[start..=end].iter().any(|layer| layer.missing > 0.0) {
+            return GapRange::UNKNOWN;
         }
-        let spread = layers.heights[1] / layers.heights[0] - 1.0;
-        let slope = layers.at[touched].iter().map(|layer| layer.slope).fold(0.0, f64::max);
-        let horizontal = ends.iter().map(|layer| {
-            let [low, high] = layer.continued;
-            layer.deviation + spread * (high - low)
-        });
-        GapRange { low, high, deviation: horizontal.fold(0.0, f64::max) + slope * shift }
+        let slope = layers[start..end].iter().fold(0.0, |most: f64, layer| most.max(layer.slope));
+        let deviation = ends[0].deviation.max(ends[1].deviation) + slope * self.shift;
+        GapRange { low: ends[0].low.min(ends[1].low), high: ends[0].high.max(ends[1].high), deviation }
     }
-}
-
-const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
-
-/// The lesser of two numbers; the first if the second is missing.
-fn lesser(a: f64, b: f64) -> f64 {
-    if b < a { b } else { a }
-}
-
-/// The greater of two numbers; the first if the second is missing.
-fn greater(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
-}
-
-/// The range with a value, unless that is missing.
-fn widened([low, high]: [f64; 2], value: f64) -> [f64; 2] {
-    [lesser(low, value), greater(high, value)]
 }
 
 /// The gaps that a range of radii touches.

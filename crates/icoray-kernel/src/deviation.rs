@@ -6,10 +6,11 @@
 //! colour by at most C adds no more than T times K times its length, and C times what it absorbs.
 
 use crate::transfer::KernelKnot;
+use fearless_simd::{Level, dispatch};
 use glam::DVec3;
 use icoray_grid::Grid;
-use icoray_grid::array::MapInline;
-use icoray_grid::deviation::{GapRange, GridPair};
+use icoray_grid::array::{MapInline, partition_point};
+use icoray_grid::deviation::{GapFinder, GapRange, GridPair};
 use icoray_grid::occupancy::OccupancyMask;
 use rayon::prelude::*;
 
@@ -34,18 +35,20 @@ impl Deviations {
         let gaps = pair.radius.len().saturating_sub(1);
         let mut words = vec![0; gaps * pair.coarse.triangles()];
         let ends = pair.ends();
-        let over = |(triangle, words): (usize, &mut [u32])| {
+        let function = LinearPart::all(knots);
+        let over = |finder: &mut GapFinder, (triangle, words): (usize, &mut [u32])| {
             let mut densest = [0.0f64; 2];
-            for (gap, (word, range)) in words.iter_mut().zip(pair.gaps(triangle as u32)).enumerate() {
-                let effect = Effect::of(knots, &range);
+            let ranges = finder.gaps(triangle as u32);
+            dispatch!(Level::new(), _simd => for (gap, (word, range)) in words.iter_mut().zip(ranges).enumerate() {
+                let effect = Effect::of(&function, &range);
                 *word = effect.word();
                 for (densest, _) in densest.iter_mut().zip(&ends).filter(|(_, end)| end.contains(&gap)) {
                     *densest = densest.max(effect.densest);
                 }
-            }
+            });
             densest
         };
-        let all = words.par_chunks_mut(gaps).enumerate().map(over);
+        let all = words.par_chunks_mut(gaps).enumerate().map_init(|| GapFinder::new(*pair), over);
         let [inner, outer] = all.reduce(|| [0.0; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
         let [first, last] = [pair.radius[0], pair.radius[gaps]];
         let around = |radius: f64| pair.facets().map(|grid| grid.map(|facet| facet * radius));
@@ -112,65 +115,115 @@ struct Effect {
 }
 
 impl Effect {
-    fn of(knots: &[KernelKnot], &GapRange { low, high, deviation }: &GapRange) -> Self {
+    /// That on values of a range through a transfer function.
+    #[inline(always)]
+    fn of(function: &[LinearPart], &GapRange { low, high, deviation }: &GapRange) -> Self {
         if low > high {
             return Effect { extinction: 0.0, color: 0.0, densest: 0.0 };
         }
         if deviation == f64::INFINITY {
             // One grid may show nothing where the other does.
-            let extinction = knots.iter().fold(0.0, |most: f64, knot| most.max(knot.extinction));
-            return Effect { extinction, color: 1.0, densest: extinction };
+            let densest = function.iter().fold(0.0, |most: f64, part| most.max(part.channels[3]));
+            return Effect { extinction: densest, color: 1.0, densest };
         }
         let [low, high] = [low - deviation, high + deviation];
-        let first = knots.partition_point(|knot| knot.value < low);
-        let behind = knots.partition_point(|knot| knot.value <= high);
-        let ends = [channels(knots, low), channels(knots, high)];
-        let all = || ends.into_iter().chain(knots[first..behind].iter().map(KernelKnot::channels));
-        let least = all().fold([f64::INFINITY; 4], |a, b| [0, 1, 2, 3].map_inline(|k: usize| a[k].min(b[k])));
-        let most = all().fold([0.0f64; 4], |a, b| [0, 1, 2, 3].map_inline(|k: usize| a[k].max(b[k])));
-        let mut steepest = [0.0f64; 4];
-        for pair in knots[first.saturating_sub(1)..(behind + 1).min(knots.len())].windows(2) {
-            let (from, to) = (pair[0].channels(), pair[1].channels());
-            let inverse = 1.0 / (pair[1].value - pair[0].value);
-            for k in 0..4 {
-                let rise = (to[k] - from[k]).abs();
-                steepest[k] = steepest[k].max(if rise > 0.0 { rise * inverse } else { 0.0 });
-            }
+        let first = partition_point(&function[1..], |part| part.value < low);
+        let mut part = &function[first];
+        let mut least = part.channels_at(low);
+        let (mut most, mut steepest) = (least, part.slopes.map_inline(f64::abs));
+        for next in function[first + 1..].iter().take_while(|next| next.value <= high) {
+            part = next;
+            (least, most) = (each(least, part.channels, f64::min), each(most, part.channels, f64::max));
+            steepest = each(steepest, part.slopes.map_inline(f64::abs), f64::max);
         }
+        let end = part.channels_at(high);
+        (least, most) = (each(least, end, f64::min), each(most, end, f64::max));
         // A step's slope is infinite, and nothing deviates by 0 there.
-        let change = |k: usize| match deviation {
+        let [r, g, b, extinction] = [0, 1, 2, 3].map_inline(|k| match deviation {
             0.0 => 0.0,
             deviation => (steepest[k] * deviation).min(most[k] - least[k]),
-        };
-        Effect { extinction: change(3), color: [0, 1, 2].map(change).into_iter().fold(0.0, f64::max), densest: most[3] }
+        });
+        Effect { extinction, color: r.max(g).max(b), densest: most[3] }
     }
 
     fn word(self) -> u32 {
-        /// The part of a number in single precision that a word leaves out.
-        const REST: u32 = 0xffff;
         if self.densest == 0.0 {
             return 0;
         }
-        // Twice rounded up: to single precision, and to its upper half.
-        let half = |number: f64| (number.min(1e30) as f32).next_up().to_bits().saturating_add(REST) >> 16;
+        // More than the number in single precision, of which rounding may have made less.
+        let half = |number: f64| ((number.min(1e30) as f32).to_bits() >> 16) + 1;
         half(self.extinction) << 16 | half(self.color)
     }
 }
 
-/// Colour and extinction at a value, on the side of the spans below where it is a step.
-fn channels(knots: &[KernelKnot], value: f64) -> [f64; 4] {
-    let above = knots.partition_point(|knot| knot.value < value);
-    let Some(to) = knots.get(above) else { return knots[knots.len() - 1].channels() };
-    let Some(from) = above.checked_sub(1).map(|below| &knots[below]) else { return to.channels() };
-    let part = (value - from.value) / (to.value - from.value);
-    let (from, to) = (from.channels(), to.channels());
-    [0, 1, 2, 3].map(|k| from[k] + part * (to[k] - from[k]))
+/// A function of each channel.
+#[inline(always)]
+fn each(a: [f64; 4], b: [f64; 4], of: impl Fn(f64, f64) -> f64) -> [f64; 4] {
+    [0, 1, 2, 3].map_inline(|k| of(a[k], b[k]))
+}
+
+/// A part of a transfer function in which colour and extinction are linear.
+struct LinearPart {
+    /// Value of the knot at which the part begins; of the first knot for the part below it.
+    value: f64,
+    /// Colour and extinction at the knot.
+    channels: [f64; 4],
+    /// Their change per unit of value; infinite at a step.
+    slopes: [f64; 4],
+}
+
+impl LinearPart {
+    /// The part below all knots, and the one above each knot.
+    fn all(knots: &[KernelKnot]) -> Vec<Self> {
+        let ends = [knots[..1].iter(), knots.iter(), knots[knots.len() - 1..].iter()];
+        let all: Vec<&KernelKnot> = ends.into_iter().flatten().collect();
+        let part = |pair: &[&KernelKnot]| {
+            let [from, to] = [pair[0].channels(), pair[1].channels()];
+            let width = pair[1].value - pair[0].value;
+            let slope = |from: f64, to: f64| if from == to { 0.0 } else { (to - from) / width };
+            LinearPart { value: pair[0].value, channels: from, slopes: each(from, to, slope) }
+        };
+        all.windows(2).map(part).collect()
+    }
+
+    #[inline(always)]
+    fn channels_at(&self, value: f64) -> [f64; 4] {
+        each(self.channels, self.slopes, |channel, slope| channel + (value - self.value) * slope)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use icoray_test_support::Random;
+
+    /// Colour and extinction at a value, on the side of the spans below where it is a step.
+    fn channels(knots: &[KernelKnot], value: f64) -> [f64; 4] {
+        let above = knots.partition_point(|knot| knot.value < value);
+        let Some(to) = knots.get(above) else { return knots[knots.len() - 1].channels() };
+        let Some(from) = above.checked_sub(1).map(|below| &knots[below]) else { return to.channels() };
+        let part = (value - from.value) / (to.value - from.value);
+        let (from, to) = (from.channels(), to.channels());
+        [0, 1, 2, 3].map(|k| from[k] + part * (to[k] - from[k]))
+    }
+
+    /// The effect of all knots and of all pairs of neighbouring knots in a range.
+    fn effect_of(knots: &[KernelKnot], &GapRange { low, high, deviation }: &GapRange) -> Effect {
+        let [low, high] = [low - deviation, high + deviation];
+        let inner = knots.iter().filter(|knot| low <= knot.value && knot.value <= high).map(KernelKnot::channels);
+        let all: Vec<[f64; 4]> = inner.chain([channels(knots, low), channels(knots, high)]).collect();
+        let most = |k: usize| all.iter().fold(0.0, |most: f64, at| most.max(at[k]));
+        let slope = |pair: &[KernelKnot], k: usize| {
+            (pair[1].channels()[k] - pair[0].channels()[k]).abs() / (pair[1].value - pair[0].value)
+        };
+        let change = |k: usize| {
+            let within = knots.windows(2).filter(|pair| pair[0].value <= high && pair[1].value >= low);
+            // A maximum ignores the slope 0/0 of a step in other channels.
+            let steepest = within.map(|pair| slope(pair, k)).fold(0.0, f64::max);
+            (steepest * deviation).min(most(k) - all.iter().fold(f64::INFINITY, |least, at| least.min(at[k])))
+        };
+        Effect { extinction: change(3), color: [0, 1, 2].map(change).into_iter().fold(0.0, f64::max), densest: most(3) }
+    }
 
     /// Extinction and colour of random functions with steps, at random values and others near them.
     #[test]
@@ -188,7 +241,11 @@ mod tests {
             let knots: Vec<KernelKnot> = (0..2 + random.below(6)).map(|_| knot(&mut random)).collect();
             let low = 5.0 * random.unit() - 1.0;
             let range = GapRange { low, high: low + 0.5 * random.unit(), deviation: 0.3 * random.unit() };
-            let effect = Effect::of(&knots, &range);
+            let effect = Effect::of(&LinearPart::all(&knots), &range);
+            let expected = effect_of(&knots, &range);
+            let parts = |effect: Effect| [effect.extinction, effect.color, effect.densest];
+            let off = parts(effect).iter().zip(parts(expected)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-12, "{effect:?}, expected {expected:?}: {knots:?}, {range:?}");
             let word = effect.word();
             assert_eq!(word == 0, effect.densest == 0.0);
             visible += u32::from(word != 0);

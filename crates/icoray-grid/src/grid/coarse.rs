@@ -167,9 +167,12 @@ pub struct CellsOver {
 impl CellsOver {
     /// The cells of `fine` over the triangles of `coarse`, which covers the same part of the sphere.
     pub fn new(fine: &Grid, coarse: &Grid) -> Self {
+        let all = (0..(coarse.triangles() + coarse.void_triangles()) as u32).into_par_iter();
+        let sides: Vec<_> = all.map(|triangle| sides(coarse, triangle)).collect();
         let first: Vec<u32> = (0..fine.cells() as u32).step_by(CHUNK).collect();
         let pairs = first.into_par_iter().flat_map_iter(|first| {
-            let mut search = Search { fine, coarse, at: coarse.nearest_valid_triangle(0), found: Vec::new() };
+            let (at, star, found) = (coarse.nearest_valid_triangle(0), Vec::new(), Vec::new());
+            let mut search = Search { fine, coarse, sides: &sides, at, star, found };
             let mut pairs = Vec::new();
             for cell in first..(first + CHUNK as u32).min(fine.cells() as u32) {
                 search.triangles_around(cell);
@@ -205,26 +208,30 @@ impl CellsOver {
 struct Search<'g> {
     fine: &'g Grid<'g>,
     coarse: &'g Grid<'g>,
+    /// Those of each triangle of the coarser grid.
+    sides: &'g [[(DVec3, u32); 3]],
     /// The triangle with the last cell.
     at: u32,
+    /// The cells around it, and the cell.
+    star: Vec<DVec3>,
     found: Vec<u32>,
 }
 
-impl Search<'_> {
-    /// Inward normals of a triangle's sides opposite its vertices, and the triangles beyond.
-    fn sides(&self, triangle: u32) -> [(DVec3, u32); 3] {
-        let (cells, beyond) = self.coarse.counterclockwise(triangle);
-        let at = cells.map_inline(|cell| self.coarse.direction(cell));
-        [0, 1, 2].map_inline(|k: usize| (at[(k + 1) % 3].cross(at[(k + 2) % 3]), beyond[k]))
-    }
+/// Inward normals of a triangle's sides opposite its vertices, and the triangles beyond.
+fn sides(grid: &Grid, triangle: u32) -> [(DVec3, u32); 3] {
+    let (cells, beyond) = grid.counterclockwise(triangle);
+    let at = cells.map_inline(|cell| grid.direction(cell));
+    [0, 1, 2].map_inline(|k: usize| (at[(k + 1) % 3].cross(at[(k + 2) % 3]), beyond[k]))
+}
 
+impl Search<'_> {
     /// Moves to the triangle of a direction.
     fn locate(&mut self, direction: DVec3) {
         let macrocells = self.coarse.macrocells();
         let near = macrocells.triangle_in(macrocells.map.number(macrocells.map.find(direction)));
         self.at = self.coarse.nearest_valid_triangle(near);
-        for _ in 0..self.coarse.triangles() + self.coarse.void_triangles() {
-            let sides = self.sides(self.at);
+        for _ in 0..self.sides.len() {
+            let sides = self.sides[self.at as usize];
             let outermost = sides.into_iter().min_by(|a, b| a.0.dot(direction).total_cmp(&b.0.dot(direction)));
             match outermost {
                 Some((normal, beyond)) if is_beyond(direction, normal) => self.at = beyond,
@@ -236,17 +243,18 @@ impl Search<'_> {
     /// Collects the triangles that those around a cell overlap.
     fn triangles_around(&mut self, cell: u32) {
         self.found.clear();
-        let mut star: Vec<DVec3> = around(self.fine, cell).map(|other| self.fine.direction(other)).collect();
-        if star.is_empty() {
+        self.star.clear();
+        self.star.extend(around(self.fine, cell).map(|other| self.fine.direction(other)));
+        if self.star.is_empty() {
             return;
         }
-        star.push(self.fine.direction(cell));
+        self.star.push(self.fine.direction(cell));
         self.locate(self.fine.direction(cell));
         self.found.push(self.at);
         let mut next = 0;
         while next < self.found.len() {
-            for (normal, beyond) in self.sides(self.found[next]) {
-                let overlaps = star.iter().any(|point| is_beyond(*point, normal));
+            for (normal, beyond) in self.sides[self.found[next] as usize] {
+                let overlaps = self.star.iter().any(|point| is_beyond(*point, normal));
                 if overlaps && !self.found.contains(&beyond) && self.coarse.is_triangle(beyond) {
                     self.found.push(beyond);
                 }

@@ -1,9 +1,10 @@
 //! Levels of detail: pictures of values that were drawn before are traced on coarser grids, if the error that this adds
 //! ([`Deviations`]) permits it, or if there is no time for the finest one.
 //!
-//! Levels are made for the second picture of the same values and transfer function without a time budget, for which no picture with a budget
-//! waits, and only by renderers of pages and the like ([`Renderer::with_levels`](super::Renderer::with_levels)): they
-//! take as long as several pictures.
+//! Levels are made for the second picture of the same values and transfer function without a time budget, for which no
+//! picture with a budget waits, and only by renderers of pages and the like
+//! ([`Renderer::with_levels`](super::Renderer::with_levels)): the first levels of a grid take as long as several
+//! pictures.
 
 use super::context::FrameContext;
 use super::draw::BuiltScene;
