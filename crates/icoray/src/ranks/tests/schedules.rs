@@ -93,7 +93,7 @@ fn frame(ranks: &mut Ranks, threads: &Threads, fails: Option<usize>) -> Result<u
     // Each rank has fragments of some tiles.
     let tiles = || (0..raster.tiles()).filter(|tile| (*tile as usize + rank).is_multiple_of(3));
     let mut traced = Traced { tiles: tiles().map(|tile| (tile, vec![rank as u8])).collect(), ..Traced::default() };
-    let messages = traced.messages(ranks, &[rank], &owners);
+    let messages = traced.messages(ranks, &owners);
     let messages = ranks.collective(fail(2).map(|()| messages))?;
     let received = ReceivedFragments::exchange(ranks, messages)?;
     let mut found = 0;
