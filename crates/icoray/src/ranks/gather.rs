@@ -277,7 +277,12 @@ impl Ranks {
 fn send(team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<usize> {
     let mut sent = 0;
     loop {
-        match drawn.recv_timeout(TICK) {
+        // Only messages in flight need further calls.
+        let next = match team.is_sent()? {
+            true => drawn.recv().map_err(|_| RecvTimeoutError::Disconnected),
+            false => drawn.recv_timeout(TICK),
+        };
+        match next {
             Ok(tile) => {
                 team.send(packed::tile(&tile))?;
                 sent += 1;
@@ -285,7 +290,6 @@ fn send(team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<usize> {
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return Ok(sent),
         }
-        team.is_sent()?;
     }
 }
 

@@ -142,7 +142,7 @@ impl<M: Messages> Team for LocalTeam<M> {
 
     fn node(&mut self, bytes: usize) -> Result<NodeShare> {
         let words = bytes.div_ceil(8);
-        let memory = LocalMemory { node: self.node.clone(), words, seen: Arc::new(vec![0; words]) };
+        let memory = LocalMemory { node: self.node.clone(), words, seen: Arc::clone(&self.node.lock(words)) };
         Ok(NodeShare { leader: self.node.leader, is_refused: false, memory: Box::new(memory) })
     }
 }
