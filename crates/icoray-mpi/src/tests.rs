@@ -118,6 +118,9 @@ fn messages_are_as_many_as_between_threads() {
         // To the next rank and to itself.
         let mine = [(rank, vec![3]), ((rank + 1) % size, vec![4; 100 * rank])].into();
         team.exchange(mine).unwrap();
+        let group = team.find_group(rank / 3 * 3, 7).unwrap();
+        assert_eq!(group.len(), 3.min(size - rank / 3 * 3));
+        team.share_among(&group, vec![5; 20 * rank]).unwrap();
         team.traffic()
     }
     on_ranks(&[1, 2, 3, 16], "messages_are_as_many_as_between_threads", |team| {

@@ -142,7 +142,7 @@ impl<'w> Simulation<'w> {
         let of_ranks = on_threads(SequentialRank::team(&node_of), |mut team| {
             let busy = team.begin();
             let mut before = 0.0;
-            self.rank(Ranks::new(Box::new(team)), |_, report| {
+            self.rank(&Renderer::new(1)?, Ranks::new(Box::new(team)), |_, report| {
                 let busy_s = seconds(&busy) - std::mem::replace(&mut before, seconds(&busy));
                 RankFrame { busy_s, report }
             })
@@ -159,7 +159,7 @@ impl<'w> Simulation<'w> {
     fn wall_s(&self, ranks: usize) -> Result<Vec<f64>> {
         let of_ranks = on_threads(local_team(ranks), |team| {
             let mut start = Instant::now();
-            self.rank(Ranks::new(Box::new(team)), |_, _| {
+            self.rank(&Renderer::new(1)?, Ranks::new(Box::new(team)), |_, _| {
                 std::mem::replace(&mut start, Instant::now()).elapsed().as_secs_f64()
             })
         })?;
@@ -168,8 +168,12 @@ impl<'w> Simulation<'w> {
     }
 
     /// Renders all frames of all scenes as one rank; returns the results of `on_frame`.
-    pub fn rank<R>(&self, mut ranks: Ranks, mut on_frame: impl FnMut(&Ranks, FrameReport) -> R) -> Result<Vec<R>> {
-        let renderer = Renderer::new(1)?;
+    pub fn rank<R>(
+        &self,
+        renderer: &Renderer,
+        mut ranks: Ranks,
+        mut on_frame: impl FnMut(&Ranks, FrameReport) -> R,
+    ) -> Result<Vec<R>> {
         let local = self.parts.as_ref().map(|parts| &parts[ranks.rank()]);
         let own = local.map(|part| Grid::new(part.tables.tables())).transpose()?;
         let grid = own.as_ref().or(self.whole.as_ref()).expect("ranks have parts or the whole grid");

@@ -47,6 +47,12 @@ pub(crate) fn number(value: f64) -> String {
     format!("{value:.6e}")
 }
 
+/// A number with three significant digits, and at least all before the point.
+pub(crate) fn three_digits(value: f64) -> String {
+    let digits = usize::from(value < 9.995) + usize::from(value < 99.95);
+    format!("{value:.digits$}")
+}
+
 /// A table as a CSV file, flushed after every row, some columns of which are printed.
 pub(crate) struct Table {
     path: PathBuf,

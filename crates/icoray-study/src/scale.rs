@@ -6,13 +6,13 @@
 //! rank 0's call to its picture. [`geometry`] follows sampled rays through partitions of a grid of any size.
 
 use crate::ranks::{Sharing, Simulation, on_threads};
-use crate::results::{Table, number, progress, say};
+use crate::results::{Table, number, progress, replace_section, say, three_digits};
 use crate::scenes::multi_scale;
 use geometry::{Partition, Shell};
 use icoray::ranks::{Traffic, local_nodes_over};
-use icoray::{Error, ErrorKind, FrameReport, Ranks, Result};
+use icoray::{Error, ErrorKind, FrameReport, Ranks, Renderer, Result};
 use icoray_reference::sphere::{self, Sphere};
-use network::{Clock, Network, TimedMessages, time};
+use network::{Clock, Network, TimedMessages, read};
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -32,7 +32,7 @@ pub struct Options {
     /// Width and height of its picture.
     #[arg(long, default_value_t = 256)]
     pub size: u32,
-    /// Numbers of ranks; each is a thread, with another one that renders.
+    /// Numbers of ranks, each of which is a thread.
     #[arg(long, value_delimiter = ',', default_values_t = [2, 16, 128, 1024, 4096])]
     pub ranks: Vec<usize>,
     /// The distribution of the grid over ranks.
@@ -56,10 +56,14 @@ pub struct Options {
     /// Directory of exchange.csv and work.csv.
     #[arg(long, default_value = "out/scale")]
     pub out: PathBuf,
+    /// A file in which tables take the place of those between its lines `<!-- icoray-study scale -->` or `<!--
+    /// icoray-study scale work -->` and `<!-- end -->`.
+    #[arg(long)]
+    pub readme: Option<PathBuf>,
 }
 
 const EXCHANGE: &str = "sharing,ranks,nodes,setup_s,setup_messages_per_rank,network_s,messages_per_rank,\
-    most_messages,sent_bytes_per_rank,most_sent_bytes,fragment_bytes_per_pixel,rank_0_received_bytes_per_pixel,fragments_per_pixel";
+    most_messages,sent_bytes_per_rank,most_sent_bytes,most_link_bytes,most_node_memory_bytes,fragment_bytes_per_pixel,rank_0_received_bytes_per_pixel,fragments_per_pixel";
 
 const WORK: &str = "partition,nodes,cells,layers,frusta_per_pixel,fragments_per_pixel,balance";
 
@@ -77,6 +81,8 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
 
 struct RankExchange {
     sent: Traffic,
+    /// Bytes to other nodes.
+    link_bytes: u64,
     /// Time of the rank's clock at the end of the frame, and at that of the frame before.
     time_s: [f64; 2],
     /// What came before the frame: the agreement on parts and one frame.
@@ -98,40 +104,81 @@ fn exchange(options: &Options, out: &mut dyn Write) -> Result<()> {
     let mut csv = Table::create(options.out.join("exchange.csv"), EXCHANGE, EXCHANGE)?;
     say!(out, "{}", csv.heading())?;
     let scenes = [multi_scale::scene(options.size, multi_scale::TRANSFERS[0].1, "", "")?];
-    let bar = progress(options.sharing.len() * options.ranks.len(), "exchange");
+    let (bar, mut columns) = (progress(options.sharing.len() * options.ranks.len(), "exchange"), Vec::new());
     for &sharing in &options.sharing {
         for &ranks in &options.ranks {
             bar.set_message(format!("{ranks} ranks"));
             let simulation = Simulation::new(&sphere, sharing, ranks, &scenes, 2)?;
             let frame = simulated(&simulation, ranks, options.network)?;
-            let pixels = f64::from(options.size).powi(2);
-            let (each, root) = (ranks as f64, &frame[0].report);
-            let mean = |of: fn(&Traffic) -> u64| frame.iter().map(|rank| of(&rank.sent)).sum::<u64>() as f64 / each;
-            let most = |of: fn(&Traffic) -> u64| frame.iter().map(|rank| of(&rank.sent)).max().unwrap_or(0) as f64;
-            let [end, begin] = frame[0].time_s;
-            let mut cells = vec![format!("{sharing:?}").to_lowercase(), ranks.to_string()];
-            cells.push(ranks.div_ceil(node_ranks).to_string());
-            // The frame before has about the same messages.
-            let setup = frame.iter().map(|rank| rank.before.messages.saturating_sub(rank.sent.messages)).sum::<u64>();
-            let numbers = [
-                begin - (end - begin),
-                setup as f64 / each,
-                end - begin,
-                mean(|sent| sent.messages),
-                most(|sent| sent.messages),
-                mean(|sent| sent.bytes),
-                most(|sent| sent.bytes),
-                root.counts.fragment_bytes as f64 / pixels,
-                root.ranks.bytes_received as f64 / pixels,
-                root.counts.fragments as f64 / pixels,
-            ];
-            cells.extend(numbers.map(number));
+            let figures = figures(&frame, f64::from(options.size).powi(2), node_ranks);
+            let counts = [ranks, ranks.div_ceil(node_ranks)].map(|count| count.to_string());
+            columns.push(column(counts.clone(), figures));
+            let mut cells = vec![format!("{sharing:?}").to_lowercase()];
+            cells.extend(counts.into_iter().chain(figures.map(number)));
             let line = csv.row(&cells)?;
             bar.suspend(|| say!(out, "{line}"))?;
             bar.inc(1);
         }
     }
-    Ok(())
+    replace_section(options.readme.as_deref(), "scale", &markdown(&columns))
+}
+
+/// The columns of [`EXCHANGE`] from `setup_s` on.
+fn figures(frame: &[RankExchange], pixels: f64, node_ranks: usize) -> [f64; 12] {
+    let (root, [end, begin]) = (&frame[0].report, frame[0].time_s);
+    let of_ranks = |of: fn(&RankExchange) -> u64| {
+        let most = frame.iter().map(of).max().unwrap_or(0) as f64;
+        [frame.iter().map(of).sum::<u64>() as f64 / frame.len() as f64, most]
+    };
+    let most_of_nodes = |of: fn(&RankExchange) -> u64| {
+        frame.chunks(node_ranks).map(|node| node.iter().map(of).sum::<u64>()).max().unwrap_or(0) as f64
+    };
+    // The frame before has about the same messages.
+    let [setup_messages, _] = of_ranks(|rank| rank.before.messages.saturating_sub(rank.sent.messages));
+    let [messages, most_messages] = of_ranks(|rank| rank.sent.messages);
+    let [bytes, most_bytes] = of_ranks(|rank| rank.sent.bytes);
+    [
+        begin - (end - begin),
+        setup_messages,
+        end - begin,
+        messages,
+        most_messages,
+        bytes,
+        most_bytes,
+        most_of_nodes(|rank| rank.link_bytes),
+        most_of_nodes(|rank| rank.report.bytes_copied + rank.report.bytes_derived as u64),
+        root.counts.fragment_bytes as f64 / pixels,
+        root.ranks.bytes_received as f64 / pixels,
+        root.counts.fragments as f64 / pixels,
+    ]
+}
+
+/// A column of the book's table, with the names of its rows.
+fn column([ranks, nodes]: [String; 2], of: [f64; 12]) -> Vec<(&'static str, String)> {
+    let [setup_s, setup_messages, frame_s, messages, most_messages, bytes, most_bytes, link, node, fragments, tiles, _] =
+        of;
+    let some = |values: &[f64]| values.iter().map(|value| three_digits(*value)).collect::<Vec<_>>().join("; ");
+    vec![
+        ("ranks", ranks),
+        ("nodes", nodes),
+        ("exchanges of a frame, ms", some(&[1e3 * frame_s])),
+        ("messages per rank: mean; most", some(&[messages, most_messages])),
+        ("kB per rank: mean; most", some(&[1e-3 * bytes, 1e-3 * most_bytes])),
+        ("most kB from a node to others", some(&[1e-3 * link])),
+        ("most MB of memory on a node", some(&[1e-6 * node])),
+        ("bytes per pixel: fragments; tiles", some(&[fragments, tiles])),
+        ("`icoray_part_set`: ms; messages per rank", some(&[1e3 * setup_s, setup_messages])),
+    ]
+}
+
+/// A table of columns, the first row of which is its head.
+fn markdown(columns: &[Vec<(&'static str, String)>]) -> String {
+    let row = |row: usize| {
+        let cells = columns.iter().map(|column| column[row].1.as_str()).collect::<Vec<_>>();
+        let head = if row == 0 { format!("|{}\n", "---|".repeat(columns.len() + 1)) } else { String::new() };
+        format!("| {} | {} |\n{head}", columns[0][row].0, cells.join(" | "))
+    };
+    (0..columns.first().map_or(0, Vec::len)).map(row).collect()
 }
 
 /// The last frame of all ranks.
@@ -143,13 +190,16 @@ fn simulated(simulation: &Simulation, ranks: usize, network: Network) -> Result<
         let clock = clock_of.next().map(Arc::clone).unwrap_or_default();
         TimedMessages::new(messages, network, clock)
     });
+    let renderer = Renderer::new(0)?;
     let of_ranks = on_threads(team.into_iter().zip(&clocks).collect(), |(team, clock)| {
-        let (mut before, mut began) = (Traffic::default(), 0.0);
-        simulation.rank(Ranks::new(Box::new(team)), |ranks, report| {
-            let (sent, now) = (ranks.traffic(), time(clock));
+        let (mut before, mut began) = (Traffic::default(), read(clock));
+        simulation.rank(&renderer, Ranks::new(Box::new(team)), |ranks, report| {
+            let (sent, now) = (ranks.traffic(), read(clock));
             let last = std::mem::replace(&mut before, sent);
             let sent = Traffic { messages: sent.messages - last.messages, bytes: sent.bytes - last.bytes };
-            RankExchange { sent, time_s: [now, std::mem::replace(&mut began, now)], before: last, report }
+            let began = std::mem::replace(&mut began, now);
+            let link_bytes = now.link_bytes - began.link_bytes;
+            RankExchange { sent, link_bytes, time_s: [now.s, began.s], before: last, report }
         })
     })?;
     Ok(of_ranks.into_iter().filter_map(|mut frames| frames.pop()).collect())
@@ -166,14 +216,20 @@ fn work(options: &Options, out: &mut dyn Write) -> Result<()> {
     let mut csv = Table::create(options.out.join("work.csv"), WORK, WORK)?;
     say!(out, "{}", csv.heading())?;
     let scene = multi_scale::scene(SAMPLED, multi_scale::TRANSFERS[0].1, "", "")?;
-    for &partition in &options.partition {
-        for &nodes in &options.nodes {
+    let mut columns = Vec::new();
+    for &nodes in &options.nodes {
+        let (mut balance, mut fragments) = (Vec::new(), Vec::new());
+        for &partition in &options.partition {
             let work = geometry::work(&scene, shell, partition, nodes, SAMPLED);
             let mut cells = vec![format!("{partition:?}").to_lowercase(), nodes.to_string()];
             cells.extend([format!("{:.0}", shell.cells), shell.layers.to_string()]);
             cells.extend([work.frusta, work.fragments, work.balance()].map(number));
             say!(out, "{}", csv.row(&cells)?)?;
+            balance.push(format!("{:.2}", work.balance()));
+            fragments.push(three_digits(work.fragments));
         }
+        let head = ("nodes", nodes.to_string());
+        columns.push(vec![head, ("balance", balance.join("; ")), ("fragments per pixel", fragments.join("; "))]);
     }
-    Ok(())
+    replace_section(options.readme.as_deref(), "scale work", &markdown(&columns))
 }

@@ -1,7 +1,7 @@
 //! Measurements as rows of a table, and as tables in Markdown.
 
 use super::benchmark::{Benchmark, OnGpu, Row};
-use crate::results::threads;
+use crate::results::{threads, three_digits};
 use icoray_gpu::Peaks;
 use std::fmt::Write as _;
 
@@ -69,11 +69,8 @@ pub(super) fn peaks(peaks: &Peaks) -> String {
     )
 }
 
-/// Milliseconds with three significant digits, and at least all before the point.
 fn ms(seconds: f64) -> String {
-    let ms = 1e3 * seconds;
-    let digits = usize::from(ms < 9.995) + usize::from(ms < 99.95);
-    format!("{ms:.digits$}")
+    three_digits(1e3 * seconds)
 }
 
 /// Minimum and maximum of a number over pictures.

@@ -153,8 +153,12 @@ impl Team for SequentialRank {
         self.outside_turn(|team| team.exchange(mine))
     }
 
-    fn memory_leader(&mut self) -> Result<usize> {
-        self.team.memory_leader()
+    fn share_among(&mut self, members: &[usize], mine: Vec<u8>) -> Result<Vec<Vec<u8>>> {
+        self.outside_turn(|team| team.share_among(members, mine))
+    }
+
+    fn memory_mates(&mut self) -> Result<Vec<usize>> {
+        self.outside_turn(LocalTeam::memory_mates)
     }
 
     fn node(&mut self, bytes: usize) -> Result<NodeShare> {

@@ -45,10 +45,16 @@ impl Network {
     }
 }
 
-/// The clock of a rank, in seconds.
-pub(super) type Clock = Arc<Mutex<f64>>;
+/// The time of a rank, in seconds, and the bytes that it has sent to other nodes.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Time {
+    pub s: f64,
+    pub link_bytes: u64,
+}
 
-pub(super) fn time(clock: &Clock) -> f64 {
+pub(super) type Clock = Arc<Mutex<Time>>;
+
+pub(super) fn read(clock: &Clock) -> Time {
     *clock.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -69,7 +75,7 @@ impl TimedMessages {
         let arrival = bytes.split_off(bytes.len() - size_of::<f64>());
         let arrival = arrival.first_chunk().map_or(0.0, |arrival| f64::from_le_bytes(*arrival));
         let mut clock = self.clock.lock().unwrap_or_else(PoisonError::into_inner);
-        *clock = (*clock + self.network.busy_s(self.messages.rank(), bytes.len()))
+        clock.s = (clock.s + self.network.busy_s(self.messages.rank(), bytes.len()))
             .max(arrival + 1e-6 * self.network.overhead_us);
         (from, bytes)
     }
@@ -87,8 +93,10 @@ impl Messages for TimedMessages {
     fn send(&mut self, to: usize, mut bytes: Vec<u8>) -> Result<()> {
         let sent = {
             let mut clock = self.clock.lock().unwrap_or_else(PoisonError::into_inner);
-            *clock += self.network.busy_s(self.messages.rank(), bytes.len());
-            *clock
+            clock.s += self.network.busy_s(self.messages.rank(), bytes.len());
+            let is_link = self.network.node_of(self.messages.rank()) != self.network.node_of(to);
+            clock.link_bytes += if is_link { bytes.len() as u64 } else { 0 };
+            clock.s
         };
         bytes.extend_from_slice(&(sent + self.network.latency_s(self.rank(), to)).to_le_bytes());
         self.messages.send(to, bytes)
@@ -129,8 +137,10 @@ mod tests {
         });
         // 1,000,000 bytes, and the 9 of the message's end.
         let sent = 10e-6 + 1e-9 * 1_000_009.0;
-        assert!((time(&clocks[0]) - sent).abs() < 1e-12);
-        assert!((time(&clocks[1]) - (sent + 110e-6)).abs() < 1e-12, "{}", time(&clocks[1]));
+        assert!((read(&clocks[0]).s - sent).abs() < 1e-12);
+        assert_eq!(read(&clocks[0]).link_bytes, 1_000_009);
+        let time = read(&clocks[1]);
+        assert!((time.s - (sent + 110e-6)).abs() < 1e-12, "{time:?}");
     }
 
     fn broadcast(team: &mut LocalTeam<TimedMessages>) {

@@ -110,9 +110,18 @@ fn ranks_share_out_by_tiles_and_by_parts() {
 #[test]
 fn scale_counts_messages_and_reckons_balance() {
     let directory = tempfile::tempdir().unwrap();
-    let words =
-        "scale --level 3 --layers 3 --size 40 --ranks 2,12 --node-ranks 4 --work-level 5 --nodes 1,8".split(' ');
-    run(&words.collect::<Vec<_>>(), directory.path());
+    let page = directory.path().join("page.md");
+    std::fs::write(
+        &page,
+        ["scale", "scale work"].map(|of| format!("<!-- icoray-study {of} -->\n<!-- end -->\n")).concat(),
+    )
+    .unwrap();
+    let words = "scale --level 3 --layers 3 --size 40 --ranks 2,12 --node-ranks 4 --work-level 5 --nodes 1,8 --readme";
+    run(&words.split(' ').chain([page.to_str().unwrap()]).collect::<Vec<_>>(), directory.path());
+    let page = std::fs::read_to_string(page).unwrap();
+    let tables =
+        ["| ranks | 2 | 12 |\n|---|---|---|\n| nodes | 1 | 3 |\n", "| nodes | 1 | 8 |\n|---|---|---|\n| balance | "];
+    assert!(tables.iter().all(|table| page.contains(table)), "{page}");
     let exchange = rows(&directory.path().join("exchange.csv"));
     let number = |row: &HashMap<String, String>, key: &str| row[key].parse::<f64>().unwrap();
     assert_eq!(exchange.len(), 2);

@@ -15,7 +15,7 @@ use super::corner_owners::OwnCorners;
 use super::mesh::{MeshMemory, Numbers, SharedGrid};
 use super::nodes::Nodes;
 use super::owners::CellOwners;
-use super::supply::{ColumnLookup, Supply};
+use super::supply::{ColumnLookup, Rows, Supply};
 use super::{Node, NodeFields, Part, RankMessages, Ranks, Stored, bad};
 use crate::fields::Fields;
 use icoray_grid::heights::check_corner_columns;
@@ -46,8 +46,9 @@ pub struct Columns {
     has_corner_numbers: bool,
     /// Cells of this rank's tables.
     cells: usize,
-    /// Ranks with the same mesh.
     nodes: Nodes,
+    /// If ranks have the whole grid's tables, a rank of each other node, which receives own columns.
+    partners: Vec<usize>,
     /// The mesh that is drawn if ranks have parts; `None` if they have the whole grid's tables.
     node_grid: Option<Arc<NodeGrid>>,
     /// Corners whose values other ranks have, if ranks have parts.
@@ -104,12 +105,13 @@ impl Columns {
         let lookup = ranks.collective(lookup)?;
         let [center, corner] = Supply::of_parts(ranks, (&numbers, &lookup), &mesh, &nodes, own_corners.as_ref())?;
         let halo = Some(Arc::new(CornerHalo::find(ranks, &numbers, &lookup, own_corners.as_ref())?));
-        let part = if nodes.is_one() { None } else { Some(Part::of_node(ranks, &mesh, &nodes)?) };
+        let is_one = nodes.mates().len() == ranks.size();
+        let part = if is_one { None } else { Some(Part::of_node(ranks, &mesh, &nodes)?) };
         let MeshMemory { grid: node_grid, grid_bytes: bytes, is_refused, numbers } = memory;
         ranks.keep_node(numbers);
         let node_grid = Some(Arc::new(NodeGrid { grid: node_grid, bytes, is_refused, part }));
-        let has_corner_numbers = own_corners.is_some();
-        Ok(Columns { center, corner, has_corner_numbers, cells: grid.cells(), nodes, node_grid, halo })
+        let (has_corner_numbers, partners) = (own_corners.is_some(), Vec::new());
+        Ok(Columns { center, corner, has_corner_numbers, cells: grid.cells(), nodes, partners, node_grid, halo })
     }
 
     /// Whether ranks have the tables of their parts, not those of the whole grid.
@@ -286,19 +288,27 @@ impl Columns {
             });
             Ok(())
         });
-        // A rank receives from one rank of each other node, or from more if nodes have different numbers of ranks.
-        let at_once = (most / (width + 8) / node.partners.len().max(1)).max(1);
+        let receivers = supply.max_receivers() + if node.is_refused { ranks.size() } else { 0 };
+        let at_once = (most / (width + 8) / receivers.max(1)).max(1);
         let sends_own = self.node_grid.is_none() || node.is_refused;
         let rounds = if ranks.size() > 1 { supply.max_sent(sends_own).div_ceil(at_once) } else { 0 };
         for round in 0..rounds {
             // After a failure the collective calls go on: the other ranks wait in them.
             let range = round * at_once..(round + 1) * at_once;
-            let messages = ranks.attempt(|| Ok(self.messages(node, (&source, supply), range)));
+            let messages = ranks.attempt(|| Ok(self.messages(ranks, node, (&source, supply), range)));
             let messages = messages.unwrap_or_else(|error| {
                 outcome = std::mem::replace(&mut outcome, Ok(())).and(Err(error));
                 RankMessages::new()
             });
-            for bytes in ranks.exchange(messages)?.into_values() {
+            let mut received: Vec<(usize, Vec<u8>)> = ranks.exchange(messages)?.into_iter().collect();
+            if node.is_refused {
+                // What one rank receives from other nodes, all of this one need.
+                let from_others = received.iter().filter(|(from, _)| !self.nodes.is_mate(*from));
+                let bytes: Vec<u8> = from_others.flat_map(|(_, bytes)| bytes).copied().collect();
+                let mates = self.mates_apart(ranks, node);
+                received.extend(ranks.exchange(mates.map(|mate| (mate, bytes.clone())).collect())?);
+            }
+            for (_, bytes) in received {
                 let read = read_columns(&bytes, width, supply.rows, |row, bytes| {
                     node.memory.put(at + row * width, bytes);
                     columns += 1;
@@ -311,24 +321,34 @@ impl Columns {
     }
 
     /// The messages to each rank: of the columns that it takes in for its node, those whose numbers are in `range`.
-    fn messages(&self, node: &Node, (source, supply): (&ColumnSource, &Supply), range: Range<usize>) -> RankMessages {
-        let mut messages = RankMessages::new();
-        let mut same: Option<(usize, usize)> = None;
-        for to in &node.partners {
-            let rows = supply.for_rank(&self.nodes, *to);
-            // Nodes with the same mesh get the same columns.
-            if let Some((_, other)) = same.filter(|(leader, _)| *leader == self.nodes.leader_of(*to)) {
-                messages.insert(*to, messages[&other].clone());
-                continue;
-            }
+    fn messages(
+        &self,
+        ranks: &Ranks,
+        node: &Node,
+        (source, supply): (&ColumnSource, &Supply),
+        range: Range<usize>,
+    ) -> RankMessages {
+        let message = |rows: &Rows| {
             let [first, end] = [range.start, range.end].map(|k| k.min(rows.len()));
-            let message = messages.entry(*to).or_default();
+            let mut message = Vec::new();
             source.visit(&rows[first..end], |row, bytes| {
                 message.extend_from_slice(&u64::from(row).to_le_bytes());
                 message.extend_from_slice(bytes);
             });
-            same = Some((self.nodes.leader_of(*to), *to));
+            message
+        };
+        let mut messages: RankMessages = supply.others.iter().map(|(to, rows)| (*to, message(rows))).collect();
+        let to: Vec<usize> = self.partners.iter().copied().chain(self.mates_apart(ranks, node)).collect();
+        if !to.is_empty() {
+            let own = message(&supply.own);
+            messages.extend(to.into_iter().map(|to| (to, own.clone())));
         }
         messages
+    }
+
+    /// The other ranks of this one's node, if they have memory of their own.
+    fn mates_apart(&self, ranks: &Ranks, node: &Node) -> impl Iterator<Item = usize> {
+        let (rank, is_apart) = (ranks.rank(), node.is_refused_here);
+        self.nodes.mates().iter().copied().filter(move |mate| is_apart && *mate != rank)
     }
 }

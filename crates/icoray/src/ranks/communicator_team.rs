@@ -3,9 +3,8 @@
 //! others.
 
 use super::message_queue::{Communicator, MessageQueue};
-use super::shared_node::{MeetingMemory, NodeGroup, new_name};
+use super::shared_node::{MeetingMemory, group_on_host, new_name};
 use super::tree::Tree;
-use super::wire::{decode, encode};
 use super::{JoinBytes, NAP, NodeShare, PointToPoint, RankMessages, Team, Traffic};
 use icoray_grid::Result;
 use icoray_shared_memory::SharedMemory;
@@ -41,14 +40,6 @@ impl<C: Communicator> CommunicatorTeam<C> {
         self.tree.messages.comm()
     }
 
-    /// The ranks that share memory with this one. Collective.
-    fn node_members(&mut self) -> Result<Vec<usize>> {
-        let mine = NodeGroup::of(self.tree.node_rank()?, self.host_leader);
-        let all = self.share(&encode(&mine))?;
-        let groups = all.iter().map(|bytes| decode(bytes)).collect::<Result<Vec<NodeGroup>>>()?;
-        Ok((0..groups.len()).filter(|rank| groups[*rank] == mine).collect())
-    }
-
     /// Memory that these ranks have mapped, `None` on all of them if one of them cannot; and whether any ranks of the
     /// team have mapped memory. Collective.
     fn mapped(&mut self, members: &[usize], bytes: usize) -> Result<(Option<SharedMemory>, bool)> {
@@ -70,15 +61,17 @@ impl<C: Communicator> CommunicatorTeam<C> {
         members: &[usize],
         bytes: usize,
     ) -> Result<(Option<SharedMemory>, bool)> {
-        let names = self.share(if made.is_some() { name.as_bytes() } else { &[] })?;
-        let of_leader = String::from_utf8_lossy(&names[members[0]]);
+        let names = self.share_among(members, made.as_ref().map_or_else(Vec::new, |_| name.into()))?;
+        let of_leader = String::from_utf8_lossy(&names[0]);
         let opened = || (!of_leader.is_empty()).then(|| SharedMemory::open(&of_leader, bytes).ok()).flatten();
         let memory = made.or_else(opened);
         let place = members.iter().take_while(|member| **member < self.rank()).count();
         let memory = memory.filter(|memory| memory.populate(place, members.len()).is_ok());
-        let is_mapped = self.share(&[u8::from(memory.is_some())])?;
-        let memory = memory.filter(|_| members.iter().all(|member| is_mapped[*member] == [1]));
-        Ok((memory, is_mapped.iter().any(|is_mapped| *is_mapped == [1])))
+        let is_mapped = self.share_among(members, vec![u8::from(memory.is_some())])?;
+        let memory = memory.filter(|_| is_mapped.iter().all(|is_mapped| *is_mapped == [1]));
+        let is_any_mapped =
+            self.reduce(is_mapped.concat(), &|a, b| Ok(vec![u8::from([a, b].concat().contains(&1))]))?;
+        Ok((memory, self.broadcast(is_any_mapped)?.contains(&1)))
     }
 
     /// Makes a collective call; returns when all messages of this rank in it are sent, so that no rank waits for the
@@ -140,6 +133,10 @@ impl<C: Communicator> Team for CommunicatorTeam<C> {
         self.collective(|tree| tree.exchange(mine))
     }
 
+    fn share_among(&mut self, members: &[usize], mine: Vec<u8>) -> Result<Vec<Vec<u8>>> {
+        self.collective(|tree| tree.share_among(members, mine))
+    }
+
     fn traffic(&self) -> Traffic {
         self.tree.traffic()
     }
@@ -156,12 +153,13 @@ impl<C: Communicator> Team for CommunicatorTeam<C> {
         Ok(self.host_leader)
     }
 
-    fn memory_leader(&mut self) -> Result<usize> {
-        Ok(self.node_members()?[0])
+    fn memory_mates(&mut self) -> Result<Vec<usize>> {
+        let group = group_on_host(self.tree.node_rank()?);
+        self.find_group(self.host_leader, group)
     }
 
     fn node(&mut self, bytes: usize) -> Result<NodeShare> {
-        let members = self.node_members()?;
+        let members = self.memory_mates()?;
         let (mapped, is_shared) = self.mapped(&members, bytes)?;
         let share = match mapped {
             Some(memory) => NodeShare { leader: members[0], is_refused: false, memory: Box::new(memory) },

@@ -61,17 +61,18 @@ impl Decomposition {
             corners.map_or(Ok(()), |corners| corners.check_all(grid))?;
             return CellOwners::agree(ranks, grid, cells).map(|_| Decomposition::Whole);
         }
-        let sizes: Vec<(usize, usize)> = ranks.share_values(&(cells.global.len(), grid.cells()))?;
-        let Some(odd) = sizes.iter().position(|(rows, cells)| rows != cells) else {
+        let (rank, rows, all) = (ranks.rank(), cells.global.len(), grid.cells());
+        let first = ranks.hear_root(Ok(all))?;
+        let mine = ((rows != all).then_some((rank, rows, all)), (all != first).then_some((rank, all)));
+        let (odd, other) = ranks.reduce_values(mine, |a, b| (lowest(a.0, b.0), lowest(a.1, b.1)))?;
+        let Some((odd, rows, all)) = odd else {
             let columns = Columns::of_parts(ranks, grid, cells, corners)?;
             return Ok(Decomposition::Columns(Box::new(columns)));
         };
-        let ((rows, all), (_, first)) = (sizes[odd], sizes[0]);
-        if let Some(other) = sizes.iter().position(|(_, cells)| *cells != first) {
+        if let Some((other, cells)) = other {
             return Err(bad(format!(
                 "rank {odd}: cell_global: {rows} rows, expected {all}, one per cell of its grid; or the whole grid on all \
-                 ranks, which has {first} cells on rank 0 and {} on rank {other}",
-                sizes[other].1
+                 ranks, which has {first} cells on rank 0 and {cells} on rank {other}"
             )));
         }
         Columns::of_whole(ranks, grid, cells, corners).map(|columns| Decomposition::Columns(Box::new(columns)))
@@ -95,4 +96,9 @@ impl Decomposition {
             Decomposition::Columns(columns) => columns.owned(field),
         }
     }
+}
+
+/// The lower of two values, such as those of the lowest ranks that have any.
+fn lowest<T: Ord>(a: Option<T>, b: Option<T>) -> Option<T> {
+    a.into_iter().chain(b).min()
 }

@@ -161,9 +161,16 @@ impl Ranks {
         tiles
     }
 
-    /// Stores the costs of the part's tiles for the next frame: equal on all ranks that share the part.
-    pub(crate) fn keep_part_costs(&mut self, costs: TileCosts) {
+    /// Stores the costs of a part's tiles for the next frame, given this rank's `seconds` of some of them: equal on all
+    /// ranks that share the part, the `mates`. Collective.
+    pub(crate) fn share_part_costs(&mut self, raster: Raster, mates: &[usize], seconds: &[(u32, f32)]) -> Result<()> {
+        let mut costs = TileCosts::new(raster);
+        for bytes in self.share_among(mates, encode(seconds))? {
+            let seconds = decode::<Vec<(u32, f32)>>(&bytes)?.into_iter();
+            seconds.for_each(|(tile, seconds)| costs.set(tile, seconds.into()));
+        }
         self.part_costs = Some(costs);
+        Ok(())
     }
 
     /// Calls `draw` for this rank's tiles on `threads`, and sends each tile to rank 0 as soon as it is drawn. On rank
@@ -192,7 +199,7 @@ impl Ranks {
         };
         let mut outcome = Ok(0.0);
         let on_threads = || outcome = Error::of_panics(|| Ok(draw()));
-        let mut received = ReceivedTiles::new(team.size(), share);
+        let mut received = ReceivedTiles::new(share);
         let mut gather_s = 0.0;
         if team.rank() != 0 {
             let sent = threads.run_with(on_threads, || send(&mut **team, &drawn))?;
@@ -270,7 +277,12 @@ impl Ranks {
 fn send(team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<usize> {
     let mut sent = 0;
     loop {
-        match drawn.recv_timeout(TICK) {
+        // Only messages in flight need further calls.
+        let next = match team.is_sent()? {
+            true => drawn.recv().map_err(|_| RecvTimeoutError::Disconnected),
+            false => drawn.recv_timeout(TICK),
+        };
+        match next {
             Ok(tile) => {
                 team.send(packed::tile(&tile))?;
                 sent += 1;
@@ -278,7 +290,6 @@ fn send(team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<usize> {
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return Ok(sent),
         }
-        team.is_sent()?;
     }
 }
 
@@ -287,7 +298,7 @@ struct ReceivedTiles<'t> {
     tiling: &'t dyn Tiling,
     tiles: Vec<Tile>,
     /// Number of tiles that each rank has yet to send, and their sum.
-    missing: Vec<usize>,
+    missing: BTreeMap<usize, usize>,
     all_missing: usize,
     /// Errors of messages that cannot be decoded, by the rank that sent them.
     failures: BTreeMap<usize, Error>,
@@ -295,12 +306,15 @@ struct ReceivedTiles<'t> {
 }
 
 impl<'t> ReceivedTiles<'t> {
-    fn new(ranks: usize, share: &TileShare<'t>) -> Self {
-        let mut missing = vec![0; ranks];
-        share.owners.iter().for_each(|owner| missing[*owner as usize] += 1);
+    fn new(share: &TileShare<'t>) -> Self {
+        let mut missing = BTreeMap::new();
         // Rank 0 sends no message to itself.
-        missing[0] = 0;
-        let all_missing = missing.iter().sum();
+        share
+            .owners
+            .iter()
+            .filter(|owner| **owner > 0)
+            .for_each(|owner| *missing.entry(*owner as usize).or_default() += 1);
+        let all_missing = missing.values().sum();
         let (tiles, failures) = (Vec::new(), BTreeMap::new());
         ReceivedTiles { tiling: share.tiling, tiles, missing, all_missing, failures, bytes_received: 0 }
     }
@@ -322,7 +336,7 @@ impl<'t> ReceivedTiles<'t> {
         while let Some((rank, bytes)) = team.try_receive()? {
             self.bytes_received += bytes.len() as u64;
             let sent = packed::read(&bytes, rank, self.tiling);
-            let missing = &mut self.missing[rank];
+            let missing = self.missing.entry(rank).or_default();
             let arrived = if matches!(sent, Ok(Sent::End)) { *missing } else { 1.min(*missing) };
             *missing -= arrived;
             self.all_missing -= arrived;

@@ -21,8 +21,10 @@ impl TileCosts {
     }
 
     pub(crate) fn set(&mut self, tile: u32, seconds: f64) {
-        // Negative or NaN seconds, from a broken clock or message, become 0.
-        self.seconds[tile as usize] = seconds.max(0.0);
+        if let Some(cost) = self.seconds.get_mut(tile as usize) {
+            // Negative or NaN seconds, from a broken clock or message, become 0.
+            *cost = seconds.max(0.0);
+        }
     }
 }
 

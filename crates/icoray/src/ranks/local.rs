@@ -8,7 +8,7 @@ use icoray_grid::{Error, ErrorKind, Result};
 use std::collections::BTreeMap;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
-use std::sync::{Arc, Barrier, Mutex, PoisonError};
+use std::sync::{Arc, Barrier, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
 /// One rank of [`local_nodes`].
@@ -24,8 +24,20 @@ pub struct LocalTeam<M = LocalMessages> {
 #[derive(Debug)]
 struct LocalNode {
     leader: usize,
-    written: Mutex<Vec<u8>>,
+    /// What its ranks wrote last. Contents that a rank still reads are not changed, but copied.
+    written: Mutex<Arc<Vec<u64>>>,
     meet: Barrier,
+}
+
+impl LocalNode {
+    /// What is written, of `words` words at least.
+    fn lock(&self, words: usize) -> MutexGuard<'_, Arc<Vec<u64>>> {
+        let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+        if written.len() < words {
+            Arc::make_mut(&mut written).resize(words, 0);
+        }
+        written
+    }
 }
 
 /// The results of `work` on each rank of [`local_nodes`], a thread each.
@@ -103,6 +115,10 @@ impl<M: Messages> Team for LocalTeam<M> {
         self.tree.exchange(mine)
     }
 
+    fn share_among(&mut self, members: &[usize], mine: Vec<u8>) -> Result<Vec<Vec<u8>>> {
+        self.tree.share_among(members, mine)
+    }
+
     fn traffic(&self) -> Traffic {
         self.tree.traffic()
     }
@@ -120,49 +136,47 @@ impl<M: Messages> Team for LocalTeam<M> {
         Ok(self.node.leader)
     }
 
-    fn memory_leader(&mut self) -> Result<usize> {
-        Ok(self.node.leader)
+    fn memory_mates(&mut self) -> Result<Vec<usize>> {
+        self.find_group(self.node.leader, 0)
     }
 
     fn node(&mut self, bytes: usize) -> Result<NodeShare> {
-        let memory = LocalMemory { node: self.node.clone(), seen: vec![0; bytes.div_ceil(8)] };
+        let words = bytes.div_ceil(8);
+        let memory = LocalMemory { node: self.node.clone(), words, seen: Arc::clone(&self.node.lock(words)) };
         Ok(NodeShare { leader: self.node.leader, is_refused: false, memory: Box::new(memory) })
     }
 }
 
-/// A thread's copy of its node's memory, updated by [`NodeMemory::settle`].
+/// A node's memory, whose contents a thread sees from [`NodeMemory::settle`] on.
 struct LocalMemory {
     node: Arc<LocalNode>,
-    seen: Vec<u64>,
+    words: usize,
+    seen: Arc<Vec<u64>>,
 }
 
 impl NodeMemory for LocalMemory {
     fn begin(&mut self) -> Result<()> {
+        self.seen = Arc::default();
         self.node.meet.wait();
         Ok(())
     }
 
     fn put(&mut self, at: usize, bytes: &[u8]) {
-        let mut written = self.node.written.lock().unwrap_or_else(PoisonError::into_inner);
-        let most = 8 * self.seen.len();
+        let most = 8 * self.words;
         assert!(at + bytes.len() <= most, "bytes {at} to {} of {most}", at + bytes.len());
-        if written.len() < most {
-            written.resize(most, 0);
-        }
-        written[at..at + bytes.len()].copy_from_slice(bytes);
+        let mut written = self.node.lock(self.words);
+        bytemuck::cast_slice_mut(Arc::make_mut(&mut written).as_mut_slice())[at..at + bytes.len()]
+            .copy_from_slice(bytes);
     }
 
     fn settle(&mut self) -> Result<()> {
         self.node.meet.wait();
-        let written = self.node.written.lock().unwrap_or_else(PoisonError::into_inner);
-        let seen: &mut [u8] = bytemuck::cast_slice_mut(&mut self.seen);
-        let count = seen.len().min(written.len());
-        seen[..count].copy_from_slice(&written[..count]);
+        self.seen = Arc::clone(&self.node.lock(self.words));
         Ok(())
     }
 
     fn bytes(&self) -> &[u8] {
-        bytemuck::cast_slice(&self.seen)
+        bytemuck::cast_slice(&self.seen[..self.words])
     }
 }
 

@@ -13,9 +13,10 @@
 //!
 //! Only the calling thread communicates; the renderer's threads draw meanwhile.
 //!
-//! In a frame no message grows with the number of ranks, nor does the number that a rank sends: what all ranks contribute
-//! to is joined on the way to rank 0 ([`Team::reduce`]), and ranks send each other only what is not empty
-//! ([`Team::exchange`]). [`Team::share`] is for what is agreed on once, and for probes.
+//! No message grows with the number of ranks, nor does the number that a rank sends: what all ranks contribute to is
+//! joined on the way to rank 0 ([`Team::reduce`]), ranks send each other only what is not empty ([`Team::exchange`]), and
+//! those of a node share what they need of each other ([`Team::share_among`]). [`Team::share`] is for columns over whole
+//! tables, and for probes.
 
 mod agree;
 mod cells;
@@ -87,8 +88,9 @@ pub struct Traffic {
     pub bytes: u64,
 }
 
-/// Transport of bytes between ranks. `reduce`, `share`, `broadcast` and `exchange` are collective: every rank calls the
-/// same ones in the same order. Between two of them ranks may send to rank 0, which has to receive all of it before the next.
+/// Transport of bytes between ranks. `reduce`, `share`, `share_among`, `find_group`, `broadcast` and `exchange` are
+/// collective: every rank calls the same ones in the same order. Between two of them ranks may send to rank 0, which has
+/// to receive all of it before the next.
 ///
 /// # Errors
 /// All methods: [`ErrorKind::Mpi`] when the transport itself fails. Then ranks may no longer be in step, and the team
@@ -132,6 +134,23 @@ pub trait Team: Send {
         Ok(shared)
     }
 
+    /// Returns the bytes of the `members` of this rank's group, in their order: equal on all of them, and each rank is in
+    /// one group. The number of a rank's messages grows with the logarithm of theirs.
+    fn share_among(&mut self, members: &[usize], mine: Vec<u8>) -> Result<Vec<Vec<u8>>>;
+
+    /// The ranks that give the same `leader`, which finds them, and the same `group`, in rising order.
+    fn find_group(&mut self, leader: usize, group: usize) -> Result<Vec<usize>> {
+        let groups = self.exchange([(leader, encode(&group))].into())?;
+        let same_as = |group: &[u8]| -> Vec<usize> {
+            groups.iter().filter(|(_, other)| *other == group).map(|(rank, _)| *rank).collect()
+        };
+        let found = self.exchange(groups.iter().map(|(rank, group)| (*rank, encode(&same_as(group)))).collect())?;
+        found.get(&leader).map_or_else(
+            || Err(Error::new(ErrorKind::Mpi, format!("rank {leader} has not found the ranks of its node"))),
+            |bytes| decode(bytes),
+        )
+    }
+
     /// Returns rank 0's bytes on all ranks; those of other ranks are dropped.
     fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>>;
 
@@ -165,10 +184,10 @@ pub trait Team: Send {
         Ok(0)
     }
 
-    /// The lowest of the ranks that share memory with this one, of [`Self::node`]. Collective. By default no ranks
-    /// share memory.
-    fn memory_leader(&mut self) -> Result<usize> {
-        Ok(self.rank())
+    /// The ranks that share memory with this one, of [`Self::node`], this one included, in rising order. Collective. By
+    /// default no ranks share memory.
+    fn memory_mates(&mut self) -> Result<Vec<usize>> {
+        Ok(vec![self.rank()])
     }
 
     /// Allocates `bytes` bytes of memory for each node, equal on all ranks. If memory cannot be shared, each rank has
@@ -315,6 +334,14 @@ impl Ranks {
         match &mut self.team {
             Some(team) => team.share(mine),
             None => Ok(vec![mine.to_vec()]),
+        }
+    }
+
+    /// The bytes of the `members` of this rank's group, in their order ([`Team::share_among`]). Collective.
+    pub(crate) fn share_among(&mut self, members: &[usize], mine: Vec<u8>) -> Result<Vec<Vec<u8>>> {
+        match &mut self.team {
+            Some(team) => team.share_among(members, mine),
+            None => Ok(vec![mine]),
         }
     }
 

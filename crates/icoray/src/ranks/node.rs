@@ -1,7 +1,6 @@
 //! Memory that the ranks of a node share, so that shared data is stored once.
 
 use super::Ranks;
-use super::nodes::Nodes;
 use icoray_grid::{Error, Result};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -79,29 +78,23 @@ impl NodeMemory for OwnMemory {
     }
 }
 
-/// The memory of this rank's node, and its partners on other nodes.
+/// The memory of this rank's node.
 pub(crate) struct Node {
     pub memory: Box<dyn NodeMemory>,
     bytes: usize,
     /// Whether this rank is the lowest of those that share it.
     is_leader: bool,
-    /// Whether some ranks have their own memory although they should share it.
+    /// Whether the ranks of this node have their own memory although they should share it.
+    pub is_refused_here: bool,
+    /// Whether those of any node do.
     pub is_refused: bool,
-    /// One rank of each other node, which takes in the columns that this one sends there. Ranks of a node have
-    /// different partners, as far as there are enough.
-    pub partners: Vec<usize>,
 }
 
 impl Node {
-    fn new(share: NodeShare, rank: usize, bytes: usize, shares: &[(usize, bool)]) -> Self {
-        let nodes = Nodes::new(shares.iter().map(|(leader, _)| *leader).collect(), rank);
-        Node {
-            memory: share.memory,
-            bytes,
-            is_leader: share.leader == rank,
-            is_refused: shares.iter().any(|(_, is_refused)| *is_refused),
-            partners: nodes.partners().into_values().collect(),
-        }
+    /// Memory of `bytes` bytes for rank `rank`; `is_refused` is whether ranks of any node have their own.
+    pub(super) fn new(share: NodeShare, rank: usize, bytes: usize, is_refused: bool) -> Self {
+        let NodeShare { leader, is_refused: is_refused_here, memory } = share;
+        Node { memory, bytes, is_leader: leader == rank, is_refused_here, is_refused }
     }
 
     /// The leader's `write` puts bytes at offsets; the others read them afterwards. Collective.
@@ -193,8 +186,8 @@ impl Ranks {
                 return Err(error);
             }
         };
-        let shares = self.share_values(&(share.leader, share.is_refused))?;
-        Ok(Node::new(share, rank, bytes, &shares))
+        let is_refused = self.reduce_values(share.is_refused, |a, b| a || b)?;
+        Ok(Node::new(share, rank, bytes, is_refused))
     }
 
     /// Stores the memory for the next frame.

@@ -1,76 +1,80 @@
 //! Finds the ranks that share memory.
 
 use super::Ranks;
+use super::wire::{decode, encode};
 use icoray_grid::Result;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-/// Nodes: groups of ranks that share memory, each identified by its lowest rank, its leader.
+/// The node of this rank: a group of ranks that share memory, identified by its lowest rank, its leader. A rank knows
+/// of other nodes only what it asks for ([`Self::partners`]).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Nodes {
-    /// The leader of each rank's node.
-    leader: Vec<usize>,
-    rank: usize,
+    /// The ranks of the node, in rising order.
+    mates: Vec<usize>,
+    /// This rank's index among them.
+    place: usize,
 }
 
 impl Nodes {
-    /// The nodes whose leaders are given for each rank, as `rank` sees them.
-    pub fn new(leader: Vec<usize>, rank: usize) -> Self {
-        Nodes { leader, rank }
-    }
-
-    /// Finds the nodes of all ranks. Collective.
+    /// Finds the ranks of this one's node. Collective.
     pub fn find(ranks: &mut Ranks) -> Result<Self> {
-        let mine = match &mut ranks.team {
-            Some(team) => team.memory_leader(),
-            None => Ok(0),
-        };
-        let mine = ranks.collective(mine)?;
-        Ok(Nodes::new(ranks.share_values(&mine)?, ranks.rank()))
+        let found = ranks.team.as_mut().map_or_else(|| Ok(vec![0]), |team| team.memory_mates());
+        let mates = ranks.collective(found)?;
+        let place = mates.iter().take_while(|mate| **mate < ranks.rank()).count();
+        Ok(Nodes { mates, place })
     }
 
-    /// All ranks as one node, whether they share memory or not.
-    pub fn one(ranks: &Ranks) -> Self {
-        Nodes::new(vec![0; ranks.size()], ranks.rank())
+    pub fn leader(&self) -> usize {
+        self.mates[0]
     }
 
-    /// The leader of a rank's node.
-    pub fn leader_of(&self, rank: usize) -> usize {
-        self.leader[rank]
+    pub fn is_leader(&self) -> bool {
+        self.place == 0
     }
 
     /// Whether a rank is on this one's node.
     pub fn is_mate(&self, rank: usize) -> bool {
-        self.leader[rank] == self.leader[self.rank]
+        self.mates.binary_search(&rank).is_ok()
     }
 
-    pub fn is_leader(&self) -> bool {
-        self.leader[self.rank] == self.rank
+    pub fn mates(&self) -> &[usize] {
+        &self.mates
     }
 
-    /// The ranks of a node, in rising order.
-    pub fn members(&self, leader: usize) -> impl Iterator<Item = usize> + '_ {
-        self.leader.iter().enumerate().filter(move |(_, its)| **its == leader).map(|(rank, _)| rank)
+    /// Whether this is the rank of its node that asks `rank`, of another node, on behalf of all: mates have equal shares.
+    pub fn asks(&self, rank: usize) -> bool {
+        rank % self.mates.len() == self.place
     }
 
-    /// The ranks of this one's node, in rising order.
-    pub fn mates(&self) -> Vec<usize> {
-        self.members(self.leader[self.rank]).collect()
-    }
-
-    /// Whether all ranks are on one node.
-    pub fn is_one(&self) -> bool {
-        self.leader.iter().all(|leader| *leader == self.leader[0])
-    }
-
-    /// By leader of each other node, a rank of it, which exchanges data with this one; the ranks of a node have different
-    /// ones, as far as there are enough.
-    pub fn partners(&self) -> BTreeMap<usize, usize> {
+    /// For each of the ranks `others` of other nodes one of them on its node, with which this rank exchanges data: the
+    /// same for all of a node. Mates have different ones, as far as there are enough. `others` are equal on all mates.
+    /// Collective.
+    pub fn partners(&self, ranks: &mut Ranks, others: &BTreeSet<usize>) -> Result<BTreeMap<usize, usize>> {
+        let asked = others.iter().filter(|other| self.asks(**other)).map(|other| (*other, vec![0]));
+        let asking = ranks.exchange(asked.collect())?;
+        let answers = ranks.exchange(asking.into_keys().map(|rank| (rank, encode(&self.leader()))).collect())?;
+        let leaders: Vec<(usize, Vec<u8>)> = answers.into_iter().collect();
         let mut nodes: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for (rank, leader) in self.leader.iter().enumerate() {
-            nodes.entry(*leader).or_default().push(rank);
+        for bytes in ranks.share_among(&self.mates, encode(&leaders))? {
+            for (rank, leader) in decode::<Vec<(usize, Vec<u8>)>>(&bytes)? {
+                nodes.entry(decode(&leader)?).or_default().push(rank);
+            }
         }
-        let mates = nodes.remove(&self.leader[self.rank]).unwrap_or_default();
-        let place = mates.iter().take_while(|mate| **mate < self.rank).count();
-        nodes.into_iter().map(|(leader, members)| (leader, members[place % members.len()])).collect()
+        let mut partners = BTreeMap::new();
+        for of in nodes.into_values() {
+            let partner = of[self.place % of.len()];
+            partners.extend(of.into_iter().map(|rank| (rank, partner)));
+        }
+        Ok(partners)
+    }
+
+    /// A rank of each other node, which receives the columns of this one; all ranks are told all nodes. Collective.
+    pub fn of_all(&self, ranks: &mut Ranks) -> Result<Vec<usize>> {
+        let mut nodes: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (rank, leader) in ranks.share_values(&self.leader())?.into_iter().enumerate() {
+            nodes.entry(leader).or_default().push(rank);
+        }
+        nodes.remove(&self.leader());
+        Ok(nodes.into_values().map(|of| of[self.place % of.len()]).collect())
     }
 }

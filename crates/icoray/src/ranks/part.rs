@@ -44,7 +44,7 @@ impl Part {
     pub(super) fn of_node(ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<Self> {
         let owns_cell = mesh.owner.iter().map(|owner| nodes.is_mate(*owner as usize)).collect();
         let partners = node_partners(ranks, mesh, nodes)?;
-        Part::of_mates(ranks, mesh.grid, mesh.global.to_vec(), owns_cell, partners, nodes.mates())
+        Part::of_mates(ranks, mesh.grid, mesh.global.to_vec(), owns_cell, partners, nodes.mates().to_vec())
     }
 
     /// The share of this rank in a grid that every rank has whole: a range of rows. Collective.
@@ -223,10 +223,11 @@ impl Part {
 /// exchanges with its partner on each other node. Collective.
 fn node_partners(ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<(CellsOfRanks, CellsOfRanks)> {
     let (mut requests, mut receives) = (RankLists::new(), RankLists::new());
-    let partners = nodes.partners();
-    for (row, owner) in (0u32..).zip(mesh.owner) {
+    let owners = mesh.owner.iter().map(|owner| *owner as usize);
+    let partners = nodes.partners(ranks, &owners.clone().filter(|owner| !nodes.is_mate(*owner)).collect())?;
+    for (row, owner) in (0u32..).zip(owners) {
         // This rank's own node has no partner.
-        if let Some(partner) = partners.get(&nodes.leader_of(*owner as usize)) {
+        if let Some(partner) = partners.get(&owner) {
             requests.entry(*partner).or_default().push(mesh.global[row as usize]);
             receives.entry(*partner).or_default().push(row);
         }

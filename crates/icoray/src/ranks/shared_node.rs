@@ -6,7 +6,6 @@ use super::pump::gone;
 use super::{Messages, NodeMemory, PointToPoint};
 use icoray_grid::Result;
 use icoray_shared_memory::SharedMemory;
-use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Instant, SystemTime};
@@ -15,21 +14,11 @@ use std::time::{Instant, SystemTime};
 /// give one copy per NUMA domain.
 const NODE_RANKS: &str = "ICORAY_NODE_RANKS";
 
-/// The group of ranks that share memory to which a rank belongs: equal on all of its ranks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct NodeGroup {
-    host_leader: usize,
-    /// The number of the group on its host.
-    number: usize,
-}
-
-impl NodeGroup {
-    /// The group of the rank with number `host_rank` on the host whose first rank is `host_leader`: all ranks of the
-    /// host, or groups of the size that the environment sets.
-    pub fn of(host_rank: usize, host_leader: usize) -> Self {
-        let most = std::env::var(NODE_RANKS).ok().and_then(|most| most.parse::<usize>().ok());
-        NodeGroup { host_leader, number: host_rank / most.filter(|most| *most > 0).unwrap_or(usize::MAX) }
-    }
+/// The group of ranks that share memory to which the rank with number `host_rank` on its host belongs: all ranks of the
+/// host are one group, or groups have the size that the environment sets.
+pub(super) fn group_on_host(host_rank: usize) -> usize {
+    let most = std::env::var(NODE_RANKS).ok().and_then(|most| most.parse::<usize>().ok());
+    host_rank / most.filter(|most| *most > 0).unwrap_or(usize::MAX)
 }
 
 /// A name for a file that no other process has.

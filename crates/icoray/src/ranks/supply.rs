@@ -24,16 +24,18 @@ pub(super) struct Supply {
     pub rows: usize,
     /// Own columns, for this rank's node.
     pub own: Rows,
-    /// By leader of each other node, own columns that its mesh contains.
-    others: HashMap<usize, Rows>,
-    /// Maxima over the ranks: length of the list of own columns, length of a list for another node, and rows of a node.
-    max: [usize; 3],
+    /// Own columns for other nodes, by the rank that receives them there.
+    pub others: HashMap<usize, Rows>,
+    /// Maxima over the ranks: length of the list of own columns, length of a list for another node, rows of a node, and
+    /// ranks of other nodes that receive columns.
+    max: [usize; 4],
 }
 
 impl Supply {
-    /// The own columns of fields of `count` columns, for the `rows` rows of every node. Collective.
-    pub fn of_whole(ranks: &mut Ranks, count: usize, rows: usize, own: Rows) -> Result<Self> {
-        Supply { count, rows, own, ..Supply::default() }.with_maxima(ranks)
+    /// The own columns of fields of `count` columns, for the `rows` rows of every node, which `partners` ranks of other
+    /// nodes receive. Collective.
+    pub fn of_whole(ranks: &mut Ranks, count: usize, rows: usize, own: Rows, partners: usize) -> Result<Self> {
+        Supply { count, rows, own, ..Supply::default() }.with_maxima(ranks, partners)
     }
 
     /// The columns of fields over parts, at centres and at corners, for the nodes' meshes. Collective.
@@ -49,30 +51,23 @@ impl Supply {
         let grid = numbers.grid;
         let center = Supply { count: grid.cells(), rows: mesh.global.len(), ..center };
         let corner = Supply { count: grid.triangles(), rows: mesh.corners.len(), ..corner };
-        Ok([center.with_maxima(ranks)?, corner.with_maxima(ranks)?])
+        let receivers = [&center, &corner].map(|supply| supply.others.len());
+        Ok([center.with_maxima(ranks, receivers[0])?, corner.with_maxima(ranks, receivers[1])?])
     }
 
-    /// Adds a column for the node of `rank`.
+    /// Adds a column for the node of `rank`, which asks for it.
     fn add(&mut self, nodes: &Nodes, rank: usize, column: u32, row: u32) {
         match nodes.is_mate(rank) {
             true => self.own.push((column, row)),
-            false => self.others.entry(nodes.leader_of(rank)).or_default().push((column, row)),
+            false => self.others.entry(rank).or_default().push((column, row)),
         }
     }
 
-    fn with_maxima(mut self, ranks: &mut Ranks) -> Result<Self> {
+    fn with_maxima(mut self, ranks: &mut Ranks, receivers: usize) -> Result<Self> {
         let others = self.others.values().map(Vec::len).max().unwrap_or(0);
-        let counts = [self.own.len(), others, self.rows];
+        let counts = [self.own.len(), others, self.rows, receivers];
         self.max = ranks.reduce_values(counts, |a, b| std::array::from_fn(|k| a[k].max(b[k])))?;
         Ok(self)
-    }
-
-    /// Columns that a rank on another node needs.
-    pub fn for_rank(&self, nodes: &Nodes, rank: usize) -> &[(u32, u32)] {
-        match nodes.is_mate(rank) {
-            true => &self.own,
-            false => self.others.get(&nodes.leader_of(rank)).map_or(&[], Vec::as_slice),
-        }
     }
 
     /// The maximum number of columns that one rank sends to another: includes its own columns if ranks of a node do not
@@ -84,6 +79,11 @@ impl Supply {
     /// The maximum number of rows of a node.
     pub fn max_rows(&self) -> usize {
         self.max[2]
+    }
+
+    /// The maximum number of ranks of other nodes to which a rank sends columns.
+    pub fn max_receivers(&self) -> usize {
+        self.max[3]
     }
 
     /// Marks of the columns that this rank owns.
@@ -117,7 +117,7 @@ impl ColumnLookup {
         self.corners.get(&corner.key()).copied()
     }
 
-    /// The own cells that this rank supplies to its node and, as requested by their leaders, to other nodes, on which
+    /// The own cells that this rank supplies to its node and, as requested by ranks of them, to other nodes, on which
     /// their positions must be the same as here. Collective.
     fn cells_for(&self, ranks: &mut Ranks, numbers: &Numbers, mesh: &NodeMesh, nodes: &Nodes) -> Result<Supply> {
         let [here, there] = [numbers.grid, mesh.grid].map(|grid| grid.tables().center);
@@ -127,7 +127,7 @@ impl ColumnLookup {
         for (row, (cell, owner)) in (0u32..).zip(mesh.global.iter().zip(mesh.owner)) {
             if let Some(column) = self.cells.get(cell) {
                 supply.own.push((*column, row));
-            } else if nodes.is_leader() && !nodes.is_mate(*owner as usize) {
+            } else if nodes.asks(*owner as usize) && !nodes.is_mate(*owner as usize) {
                 requests.entry(*owner as usize).or_default().push((*cell, row, position(&there, row)));
             }
         }

@@ -341,6 +341,10 @@ impl Team for Counted {
     fn exchange(&mut self, mine: RankMessages) -> Result<RankMessages> {
         self.team.exchange(mine)
     }
+
+    fn share_among(&mut self, members: &[usize], mine: Vec<u8>) -> Result<Vec<Vec<u8>>> {
+        self.team.share_among(members, mine)
+    }
 }
 
 #[test]
@@ -400,10 +404,17 @@ fn nodes_put_a_field_together_in_rounds() {
             let of = |values| Field::new(values, *model.field().shape(), Location::Center, None).unwrap();
             let fields = Fields::new([("a", model.field()), ("b", of(backwards.as_slice().into()))])
                 .with_heights(of(heights.as_slice().into()));
-            for most in [1, 1000, usize::MAX / 2] {
+            for (most, is_refused) in [(1, false), (1, true), (1000, false), (1000, true), (usize::MAX / 2, false)] {
                 let (targets, bytes) = columns.targets(&inputs, &fields).unwrap();
                 assert_eq!(bytes, 2 * (4 * model.values.len()).next_multiple_of(8) + 8 * model.values.len());
                 let mut node = ranks.take_node(bytes).unwrap();
+                if is_refused {
+                    // Ranks of the first node have their own memory.
+                    let alone = NodeShare { is_refused: true, ..NodeShare::alone(rank, bytes) };
+                    let share =
+                        if node_of[rank] == 0 { alone } else { ranks.team.as_mut().unwrap().node(bytes).unwrap() };
+                    node = Node::new(share, rank, bytes, true);
+                }
                 for target in &targets {
                     columns.gather_by(ranks, &inputs, &mut node, target, most).unwrap();
                 }
@@ -430,9 +441,27 @@ fn nodes_put_a_field_together_in_rounds() {
                 node.memory.begin().unwrap();
                 node.memory.put(0, &vec![0; if rank == 0 { 1000 } else { 0 }]);
                 node.memory.settle().unwrap();
-                ranks.keep_node(node);
+                if !is_refused {
+                    ranks.keep_node(node);
+                }
             }
         });
+    }
+}
+
+#[test]
+fn the_members_of_a_group_have_the_bytes_of_all() {
+    for size in 1..20 {
+        for groups in 1..=size.min(4) {
+            let shared = on_ranks(size, |ranks| {
+                let rank = ranks.rank();
+                let members = ranks.team.as_mut().unwrap().find_group(rank % groups, 3).unwrap();
+                assert!(members.iter().copied().eq((rank % groups..size).step_by(groups)));
+                let others = ranks.share_among(&members, vec![rank as u8; rank]).unwrap();
+                others == members.iter().map(|member| vec![*member as u8; *member]).collect::<Vec<_>>()
+            });
+            assert!(shared.into_iter().all(|is_right| is_right), "{groups} groups of {size} ranks");
+        }
     }
 }
 

@@ -211,6 +211,21 @@ impl<M: Messages> Team for Tree<M> {
         Ok(theirs)
     }
 
+    /// Bruck's algorithm: in each round a rank doubles the number of successive members whose bytes it has.
+    fn share_among(&mut self, members: &[usize], mine: Vec<u8>) -> Result<Vec<Vec<u8>>> {
+        self.call += 1;
+        let (count, rank) = (members.len(), self.rank());
+        let place = members.iter().take_while(|member| **member < rank).count();
+        let mut all = vec![mine];
+        while all.len() < count {
+            let known = all.len();
+            self.post(members[(place + count - known) % count], Ok(encode(&all[..known.min(count - known)])))?;
+            all.extend(decode::<Vec<Vec<u8>>>(&self.receive(members[(place + known) % count])?)?);
+        }
+        all.rotate_right(place);
+        Ok(all)
+    }
+
     fn send(&mut self, bytes: Vec<u8>) -> Result<()> {
         self.post(0, Ok(bytes))
     }

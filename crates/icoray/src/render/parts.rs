@@ -59,16 +59,14 @@ impl Work<'_, '_> {
             let mine = &tiles[part.place()];
             let mut traced =
                 self.context.renderer.run(|| self.fragments(part, &assignment.quality, tiling, mine, on_device));
-            let messages = traced.messages(ranks, part.mates(), &assignment.owners);
-            Ok((messages, traced.counts))
+            let messages = traced.messages(ranks, &assignment.owners);
+            Ok((messages, traced))
         });
         let traced_s = start.elapsed().as_secs_f64();
-        let (messages, counts) = ranks.collective(traced)?;
+        let (messages, Traced { seconds, counts, .. }) = ranks.collective(traced)?;
         let received = ReceivedFragments::exchange(ranks, messages)?;
         if let Some(raster) = tiling.raster() {
-            let costs = received.costs(raster, part.mates());
-            let costs = ranks.collective(costs)?;
-            ranks.keep_part_costs(costs);
+            ranks.share_part_costs(raster, part.mates(), &seconds)?;
         }
         Ok(Exchanged { received, traced_s, counts })
     }

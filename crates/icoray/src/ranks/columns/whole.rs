@@ -20,6 +20,8 @@ impl Columns {
         cells: &PartCells,
         corners: Option<&PartCorners>,
     ) -> Result<Self> {
+        let nodes = Nodes::find(ranks)?;
+        let partners = nodes.of_all(ranks)?;
         let own = own_rows(ranks, grid, ColumnKind::Cell, || cells.read_rows(grid))?;
         let has_corner_numbers = ranks.reduce_values(corners.is_some(), |a, b| a || b)?;
         let corner = match has_corner_numbers {
@@ -27,13 +29,16 @@ impl Columns {
                 let read = || corners.map_or_else(|| Ok(Numbered::default()), |corners| corners.read_rows(grid));
                 let own = own_rows(ranks, grid, ColumnKind::Corner, read)?;
                 let count = corners.map_or(0, |corners| corners.global.len());
-                Supply::of_whole(ranks, count, grid.triangles(), own)?
+                Supply::of_whole(ranks, count, grid.triangles(), own, partners.len())?
             }
-            false => Supply::of_whole(ranks, grid.triangles(), grid.triangles(), corners_of_cells(grid, &own))?,
+            false => {
+                let (count, own) = (grid.triangles(), corners_of_cells(grid, &own));
+                Supply::of_whole(ranks, count, count, own, partners.len())?
+            }
         };
-        let center = Supply::of_whole(ranks, cells.global.len(), grid.cells(), own)?;
-        let nodes = Nodes::one(ranks);
-        Ok(Columns { center, corner, has_corner_numbers, cells: grid.cells(), nodes, node_grid: None, halo: None })
+        let center = Supply::of_whole(ranks, cells.global.len(), grid.cells(), own, partners.len())?;
+        let (cells, node_grid, halo) = (grid.cells(), None, None);
+        Ok(Columns { center, corner, has_corner_numbers, cells, nodes, partners, node_grid, halo })
     }
 }
 

@@ -63,14 +63,14 @@ impl MeshMemory {
         let piece = ranks.attempt(|| Ok(encode(&numbers.piece(nodes))));
         let piece = ranks.collective(piece)?;
         let base = i64::from(numbers.grid.tables().index_base);
-        let mut joined = JoinedMesh::at(ranks, &[nodes.leader_of(ranks.rank())], &piece, base)?;
+        let mut joined = JoinedMesh::at(ranks, &[nodes.leader()], &piece, base)?;
         let mine = joined.as_ref().map_or([0; 2], |mesh| mesh.lengths);
         let most = ranks.reduce_values(mine, |a, b| std::array::from_fn(|k| a[k].max(b[k])))?;
         ranks.reclaim()?;
         let (mut numbers, mut grid) = (ranks.take_node(most[0])?, ranks.take_node(most[1])?);
         let is_refused = numbers.is_refused || grid.is_refused;
         if is_refused {
-            joined = JoinedMesh::at(ranks, &nodes.mates(), &piece, base)?;
+            joined = JoinedMesh::at(ranks, nodes.mates(), &piece, base)?;
         }
         let mut grid_bytes = 0;
         numbers.write(ranks, |put| {

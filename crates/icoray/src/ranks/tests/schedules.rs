@@ -1,5 +1,7 @@
-//! Random schedules: messages of different ranks arrive in any order and late, and ranks fail anywhere in a frame.
+//! Random schedules: messages of different ranks arrive in any order and late, a rank is slower than the others, and
+//! ranks fail anywhere in a frame.
 
+use super::nodes::Nodes;
 use super::*;
 use icoray_test_support::{Random, runs_long};
 use std::collections::VecDeque;
@@ -8,10 +10,16 @@ use std::collections::VecDeque;
 struct Shuffled {
     messages: LocalMessages,
     random: Random,
+    /// How often other threads run before the rank goes on: 1, or 10 for a slow rank.
+    slowness: usize,
     waiting: BTreeMap<usize, VecDeque<Vec<u8>>>,
 }
 
 impl Shuffled {
+    fn delay(&mut self) {
+        (0..self.random.below(2 * self.slowness)).for_each(|_| thread::yield_now());
+    }
+
     fn wait_for(&mut self, (from, bytes): (usize, Vec<u8>)) {
         self.waiting.entry(from).or_default().push_back(bytes);
     }
@@ -46,9 +54,7 @@ impl Messages for Shuffled {
     }
 
     fn send(&mut self, to: usize, bytes: Vec<u8>) -> Result<()> {
-        if self.random.below(4) == 0 {
-            thread::yield_now();
-        }
+        self.delay();
         self.messages.send(to, bytes)
     }
 
@@ -58,7 +64,7 @@ impl Messages for Shuffled {
 
     fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {
         self.collect()?;
-        Ok(if self.random.below(2) == 0 { self.take() } else { None })
+        Ok(if self.random.below(2 * self.slowness) == 0 { self.take() } else { None })
     }
 
     fn receive(&mut self) -> Result<(usize, Vec<u8>)> {
@@ -66,9 +72,7 @@ impl Messages for Shuffled {
         while self.waiting.is_empty() {
             let message = self.messages.receive()?;
             self.wait_for(message);
-            if self.random.below(2) == 0 {
-                thread::yield_now();
-            }
+            self.delay();
             self.collect()?;
         }
         Ok(self.take().expect("a message is waiting"))
@@ -76,9 +80,9 @@ impl Messages for Shuffled {
 }
 
 /// The phases of a frame at which a rank can fail.
-const PHASES: usize = 4;
+const PHASES: usize = 5;
 
-/// A frame of tiles, and fragments before them. The rank that fails does so in its phase.
+/// A frame of tiles, with what ranks put into their node's memory and fragments before them. The rank that fails does so in its phase.
 fn frame(ranks: &mut Ranks, threads: &Threads, fails: Option<usize>) -> Result<u64> {
     let fail = |phase: usize| match fails {
         Some(at) if at == phase => Err(Error::new(ErrorKind::Memory, format!("phase {phase}"))),
@@ -90,11 +94,19 @@ fn frame(ranks: &mut Ranks, threads: &Threads, fails: Option<usize>) -> Result<u
     ranks.collective(fail(0))?;
     let sum = ranks.reduce_work(|| fail(1).map(|()| rank as u64), |a, b| a + b)?;
     assert_eq!(sum as usize, size * (size - 1) / 2);
+    let nodes = Nodes::find(ranks)?;
+    let mut node = ranks.take_node(8 * size)?;
+    node.memory.begin()?;
+    let written = fail(2).map(|()| node.memory.put(8 * rank, &rank.to_le_bytes()));
+    node.memory.settle()?;
+    ranks.collective(written)?;
+    assert!(nodes.mates().iter().all(|mate| node.memory.bytes()[8 * mate..8 * mate + 8] == mate.to_le_bytes()));
+    ranks.keep_node(node);
     // Each rank has fragments of some tiles.
     let tiles = || (0..raster.tiles()).filter(|tile| (*tile as usize + rank).is_multiple_of(3));
     let mut traced = Traced { tiles: tiles().map(|tile| (tile, vec![rank as u8])).collect(), ..Traced::default() };
-    let messages = traced.messages(ranks, &[rank], &owners);
-    let messages = ranks.collective(fail(2).map(|()| messages))?;
+    let messages = traced.messages(ranks, &owners);
+    let messages = ranks.collective(fail(3).map(|()| messages))?;
     let received = ReceivedFragments::exchange(ranks, messages)?;
     let mut found = 0;
     received.read(|tile, unread| {
@@ -104,15 +116,16 @@ fn frame(ranks: &mut Ranks, threads: &Threads, fails: Option<usize>) -> Result<u
         assert!((tile as usize + usize::from(*sender)).is_multiple_of(3) && owners[tile as usize] as usize == rank);
         Ok(())
     })?;
+    ranks.share_part_costs(raster, nodes.mates(), &[(rank as u32, 1.0)])?;
     let share = TileShare { earlier_counts: Counts { rays: found, ..Counts::default() }, ..share(&raster, &owners) };
     let mine: Vec<u32> = (0..raster.tiles()).filter(|tile| owners[*tile as usize] as usize == rank).collect();
     let gathered = ranks.gather(threads, &share, |give| {
         for (k, number) in mine.iter().enumerate() {
-            assert!(fails != Some(3) || 2 * k < mine.len(), "phase 3");
+            assert!(fails != Some(4) || 2 * k < mine.len(), "phase 4");
             let pixels = vec![Pixel::default(); raster.pixels_of(*number)];
             give(Tile { number: *number, seconds: 0.0, counts: Counts::default(), pixels });
         }
-        assert!(fails != Some(3), "phase 3");
+        assert!(fails != Some(4), "phase 4");
     });
     let summary = gathered.map(|gathered| {
         let mut counts = Counts::default();
@@ -135,7 +148,9 @@ fn no_schedule_makes_ranks_wait_or_differ() {
         let node_of: Vec<usize> = (0..size).map(|rank| rank * nodes / size).collect();
         let failing: Vec<Option<[usize; 2]>> =
             (0..3).map(|_| (random.below(2) == 0).then(|| [random.below(size), random.below(PHASES)])).collect();
+        let slow = random.below(2 * size);
         let team = local_nodes_over(&node_of, |messages| Shuffled {
+            slowness: if messages.rank() == slow { 10 } else { 1 },
             random: Random::new(seed * 1000 + messages.rank() as u64),
             messages,
             waiting: BTreeMap::new(),
@@ -174,13 +189,14 @@ fn no_schedule_makes_ranks_wait_or_differ() {
     }
 }
 
-/// A frame of four times as many ranks takes no more messages of a rank in the mean, and fewer bytes: each has fewer
+/// A frame of four times as many ranks and nodes takes no more messages of a rank in the mean, and fewer bytes: each has fewer
 /// tiles.
 #[test]
 fn messages_of_a_rank_do_not_grow_with_the_number_of_ranks() {
     let threads = Threads::new(2).unwrap();
     let mean = |size: usize| {
-        let sent = on_ranks(size, |ranks| {
+        let node_of: Vec<usize> = (0..size).map(|rank| rank / 8).collect();
+        let sent = on_nodes(&node_of, |ranks| {
             frame(ranks, &threads, None).unwrap();
             ranks.traffic()
         });
