@@ -9,7 +9,7 @@
 //! The work is bounded by [`may_halve`], and rounding errors of values are not halved. The error of the remaining
 //! panels is reported.
 
-use super::mean_color::{MeanColor, Mixture, Nodes, Panel};
+use super::mean_color::{MeanColor, Mixture, Panel};
 use super::source::TransferMap;
 use crate::light::INDEPENDENT;
 use crate::lit::{LightSpread, is_affordable, may_halve};
@@ -288,35 +288,26 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
     #[inline]
     fn shade(&self, lit: &[LitNode], nodes: &mut [Node; 3], absorbed: f64) -> ShadeError {
         let Some(shading) = self.shading else { return ShadeError::default() };
-        let through = nodes.each_ref().map_inline(|node| (nodes[0].depth - node.depth).exp());
         let panel = self.panel(nodes);
-        let (growth, width, length) = (panel.growth(), panel.width, panel.length);
-        let rates = nodes.each_ref().map_inline(|node| node.mixture.rate[0]);
-        let weighted = |rate: [f64; 3], rise: [f64; 2]| Nodes {
-            values: [0, 1, 2].map_inline(|i| through[i] * rate[i]),
-            slopes: [0, 1].map_inline(|k| (width * rise[k] - length * rates[2 * k] * rate[2 * k]) * through[2 * k]),
-        };
-        let all = weighted(rates, [0, 2].map_inline(|i: usize| nodes[i].mixture.rate[1]));
-        let unseen = (length * all.mean() / absorbed - 1.0).abs();
+        let (growth, fading) = (panel.growth(), panel.fading());
+        let seen = panel.length * fading.nodes(panel.at.map_inline(|place| place.rate)).mean();
+        let unseen = (seen / absorbed - 1.0).abs();
         let (mut of, mut sum) = (ShadeError::default(), 0.0);
         for node in nodes.iter_mut() {
             node.mixture = Mixture::default();
         }
         for (k, part) in self.parts.iter().enumerate() {
             let parts = nodes.each_ref().map_inline(|node| &lit[node.lit + k]);
-            let own = weighted(
-                parts.map_inline(|part| part.medium.extinction),
-                [0, 2].map_inline(|i: usize| parts[i].medium.thickening),
-            );
-            let MeanShade { shade, tilt, off, rounding, size } =
-                part.mean_shade(shading, parts, own.spread(growth, unseen));
+            let absorbs = fading.nodes(parts.map_inline(|part| [part.medium.extinction, part.medium.thickening]));
+            let spread = absorbs.spread(growth, unseen);
+            let MeanShade { shade, tilt, off, rounding, size } = part.mean_shade(shading, parts, spread);
             let rise = [0, 1, 2].map_inline(|k| parts[2].medium.color[k] - parts[0].medium.color[k]);
             for (node, LitNode { medium, .. }) in nodes.iter_mut().zip(parts) {
                 let lit = |k: usize| medium.color[k] * shade.body + shade.highlight + tilt * rise[k];
                 node.mixture.add(medium, [[0, 1, 2].map_inline(lit), medium.tint.map_inline(|c| c * shade.body)]);
             }
             // The three places may miss dense media entirely.
-            let share = simpson(own.values) + f64::MIN_POSITIVE;
+            let share = simpson(absorbs.values) + f64::MIN_POSITIVE;
             of.off += share * off;
             of.rounding += share * rounding;
             of.deviation += share * shading.deviation_of(part.gradient_size, size);
@@ -327,8 +318,7 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
 }
 
 impl MediumPiece<'_> {
-    /// The shade of the medium between three places, with its absorption at each; `unseen` is the relative error of the
-    /// absorption of all media there.
+    /// The shade of the medium between three places, where it absorbs light of this distribution.
     #[inline]
     fn mean_shade(&self, shading: &RayShading<f64>, parts: [&LitNode; 3], spread: LightSpread<f64>) -> MeanShade<f64> {
         let eps = self.segments[1].eps;

@@ -73,6 +73,33 @@ impl Panel<'_> {
         let e4 = bent * (0.5 * straight + 2.0 * uneven.abs()) + e2 * e2;
         [e2, e3, e4]
     }
+
+    /// How light fades along it.
+    #[inline]
+    pub fn fading(&self) -> Fading {
+        let Panel { at, depth, width, length, .. } = *self;
+        let through = depth.map_inline(|depth| (-depth).exp());
+        Fading { through, rates: [at[0], at[2]].map_inline(|place| length * place.rate[0]), width }
+    }
+}
+
+/// The light that passes a panel.
+pub(super) struct Fading {
+    /// Transmittance from the start to each place.
+    through: [f64; 3],
+    /// Extinction of all media at the start and end, times the length.
+    rates: [f64; 2],
+    width: f64,
+}
+
+impl Fading {
+    /// A function with these values and slopes along the frustum at the three places, weighted by the transmittance.
+    #[inline]
+    pub fn nodes(&self, of: [[f64; 2]; 3]) -> Nodes {
+        let Fading { through, rates, width } = *self;
+        let slope = |end: usize| (width * of[2 * end][1] - rates[end] * of[2 * end][0]) * through[2 * end];
+        Nodes { values: [0, 1, 2].map_inline(|i| of[i][0] * through[i]), slopes: [slope(0), slope(1)] }
+    }
 }
 
 /// The mean colour of the light that a panel absorbs.
@@ -89,7 +116,7 @@ pub(super) struct MeanColor {
 #[derive(Clone, Copy)]
 pub(super) struct Nodes {
     pub values: [f64; 3],
-    pub slopes: [f64; 2],
+    slopes: [f64; 2],
 }
 
 impl Nodes {
@@ -141,13 +168,9 @@ impl MeanColor {
     /// The mean colour of a panel that absorbs this part of the light.
     #[inline]
     pub fn of(panel: &Panel, absorbed: f64) -> Self {
-        let Panel { at, depth, width, length, .. } = *panel;
-        let through = depth.map_inline(|depth| (-depth).exp());
-        let weighted = |of: &dyn Fn(&Mixture) -> [f64; 2]| {
-            let nodes = at.map_inline(of);
-            let slope = |i: usize| (width * nodes[i][1] - length * at[i].rate[0] * nodes[i][0]) * through[i];
-            Nodes { values: [0, 1, 2].map_inline(|i| nodes[i][0] * through[i]), slopes: [slope(0), slope(2)] }
-        };
+        let Panel { at, width, length, .. } = *panel;
+        let fading = panel.fading();
+        let weighted = |of: &dyn Fn(&Mixture) -> [f64; 2]| fading.nodes(at.map_inline(of));
         let rates = weighted(&|place| place.rate);
         let channels = [0, 1, 2].map_inline(|k| weighted(&|place| place.color.map_inline(|color| color[k])));
         let whole = rates.mean();

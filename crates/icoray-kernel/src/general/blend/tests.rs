@@ -100,6 +100,15 @@ fn random_medium(random: &mut Random, source: usize) -> Medium {
     medium(source, &knots)
 }
 
+/// Values within those of a random medium.
+fn random_segment(random: &mut Random, eps: f64, length: f64) -> Segment<f64> {
+    let swing = 10f64.powf(1.0 - 3.0 * random.unit());
+    let base = (10.0 - 1.5 * swing.min(6.0)) * (2.0 * random.unit() - 1.0);
+    let mut near = || base + 0.5 * swing.min(6.0) * (2.0 * random.unit() - 1.0);
+    let (f0, f1) = (near(), near());
+    segment(f0, f1, 2.0 * (near() - base), eps, length)
+}
+
 #[test]
 fn one_panel_is_within_its_reported_error() {
     let mut random = Random::new(7);
@@ -108,16 +117,7 @@ fn one_panel_is_within_its_reported_error() {
         let media: Vec<Medium> = (0..1 + case % 3).map(|source| random_medium(&mut random, source)).collect();
         let eps = [0.0, 0.02, -0.3, 0.5][case % 4];
         let length = 10f64.powf(3.0 * random.unit() - 3.0);
-        let fields: Vec<_> = media
-            .iter()
-            .map(|_| {
-                let swing = 10f64.powf(1.0 - 3.0 * random.unit());
-                let base = (10.0 - 1.5 * swing.min(6.0)) * (2.0 * random.unit() - 1.0);
-                let mut near = || base + 0.5 * swing.min(6.0) * (2.0 * random.unit() - 1.0);
-                let (f0, f1) = (near(), near());
-                segment(f0, f1, 2.0 * (near() - base), eps, length)
-            })
-            .collect();
+        let fields: Vec<_> = media.iter().map(|_| random_segment(&mut random, eps, length)).collect();
         let pieces = media.iter().zip(&fields).map(|(medium, field)| MediumPiece::new(medium, [*field; 2], 0.5, 0));
         let parts: Vec<MediumPiece> = pieces.flatten().collect();
         // One panel, for any error.
@@ -135,6 +135,45 @@ fn one_panel_is_within_its_reported_error() {
     ratios.sort_by(f64::total_cmp);
     let median = ratios[ratios.len() / 2];
     assert!(ratios.len() > 200 && median < 40.0, "{median} times the true error in the median of {}", ratios.len());
+}
+
+/// Each medium absorbs light that fades in all of them.
+#[test]
+fn the_distribution_of_light_is_within_its_error() {
+    let mut random = Random::new(11);
+    let mut offs = Vec::new();
+    for case in 0..count(500, 50_000) {
+        let media = [0, 1].map(|source| random_medium(&mut random, source));
+        let (eps, length) = ([0.0, 0.02, -0.3, 0.5][case % 4], 10f64.powf(2.5 * random.unit() - 3.0));
+        let pieces = media.each_ref().map(|medium| {
+            let field = random_segment(&mut random, eps, length);
+            MediumPiece::new(medium, [field; 2], 0.5, 0)
+        });
+        let parts: Vec<MediumPiece> = pieces.into_iter().flatten().collect();
+        let gradient = |_: usize, _: f64| [0.0; 3];
+        let blend = Blend { parts: &parts, gradient, shading: None, color_tolerance: 1.0, min_transmittance: 0.0 };
+        let nodes = [0.0, 0.5, 1.0].map(|u| blend.node(0.0, u, &mut Vec::new()));
+        let (panel, absorbed) = (blend.panel(&nodes), -(-nodes[2].depth).exp_m1());
+        let (Some(part), true) = (parts.first(), nodes[2].depth < THIN) else { continue };
+        let seen = panel.length * panel.fading().nodes(panel.at.map(|place| place.rate)).mean();
+        let own = [0.0, 0.5, 1.0].map(|u| part.at(u)).map(|own| [own.extinction, own.thickening]);
+        let spread = panel.fading().nodes(own).spread(panel.growth(), (seen / absorbed - 1.0).abs());
+        let mut sums = [0.0; 3];
+        const STEPS: usize = 2000;
+        for u in (0..STEPS).map(|i| (i as f64 + 0.5) / STEPS as f64) {
+            let depth: f64 = parts.iter().map(|part| part.depth(0.0, u)).sum();
+            let light = part.extinction(u) * (-depth).exp();
+            sums = [sums[0] + light, sums[1] + light * (u - 0.5), sums[2] + light * (u - 0.5).powi(2)];
+        }
+        if sums[0] > 0.0 {
+            let off = (spread.centre - sums[1] / sums[0]).abs().max((spread.second - sums[2] / sums[0]).abs());
+            assert!(off <= spread.error_bound + 1e-6, "case {case}: {off} off, {spread:?}");
+            offs.push(off);
+        }
+    }
+    offs.sort_by(f64::total_cmp);
+    let median = offs[offs.len() / 2];
+    assert!(offs.len() > 150 && median < 1e-5, "{median} off in the median of {}", offs.len());
 }
 
 /// A field that rises above a value without extinction and falls back, beside another: nothing absorbs at either end.
