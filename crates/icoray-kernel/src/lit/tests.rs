@@ -227,6 +227,15 @@ fn the_rounding_of_a_shade_can_be_afforded() {
     }
 }
 
+/// Shorter pieces have the rounding of longer ones.
+#[test]
+fn rounding_uses_up_no_budget() {
+    let (tolerance, off) = (1e-3, [0.0, 2e-3]);
+    let before = Radiance { alpha: 0.5, ..Radiance::none() };
+    assert!(is_affordable(&Radiance { variance: 1.0, ..before }, 0.1, off, tolerance));
+    assert!(!is_affordable(&Radiance { shade_variance: 1.0, ..before }, 0.1, off, tolerance));
+}
+
 /// The gradients at the vertices are the same for all parts of a piece, and larger than those at its start.
 #[test]
 fn cuts_do_not_reduce_the_rounding_of_gradients() {
