@@ -185,8 +185,7 @@ pub(super) fn notes(scene: &Scene) -> Vec<(&'static str, String)> {
 const GEOMETRY: f64 = 1e-9;
 
 /// Last digits of absorbed light by which a lit pixel in single precision may be off besides: neighbouring frusta share
-/// the rounding of values and gradients at their vertices. It is the least error to which pieces are cut
-/// ([`Shading::least_error`](icoray_kernel::shade::Shading::least_error)).
+/// the rounding of values and gradients at their vertices.
 const SHARED_ROUNDING: f64 = 4.0;
 
 /// The light at some points, over the background. A ray may be long: none starts once `is_stopped` is true.
