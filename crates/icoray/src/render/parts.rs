@@ -54,9 +54,9 @@ impl Work<'_, '_> {
         on_device: &mut OnDevice,
     ) -> Result<Exchanged> {
         let start = Instant::now();
-        let tiles = ranks.assign_part_tiles(tiling, part.mates().len());
+        let tiles = ranks.assign_part_tiles(tiling, part.node().mates().len());
         let traced = ranks.attempt(|| {
-            let mine = &tiles[part.place()];
+            let mine = &tiles[part.node().place()];
             let mut traced =
                 self.context.renderer.run(|| self.fragments(part, &assignment.quality, tiling, mine, on_device));
             let messages = traced.messages(ranks, &assignment.owners);
@@ -66,7 +66,7 @@ impl Work<'_, '_> {
         let (messages, Traced { seconds, counts, .. }) = ranks.collective(traced)?;
         let received = ReceivedFragments::exchange(ranks, messages)?;
         if let Some(raster) = tiling.raster() {
-            ranks.share_part_costs(raster, part.mates(), &seconds)?;
+            ranks.share_part_costs(raster, part.node().mates(), &seconds)?;
         }
         Ok(Exchanged { received, traced_s, counts })
     }

@@ -6,8 +6,8 @@ use super::culled::directions;
 use glam::DVec3;
 use icoray::ranks::on_local_nodes;
 use icoray::{
-    Error, ErrorKind, Field, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Layers, Location, Ranks, Reals,
-    Rendered, Renderer, Scene, Shape,
+    Decomposition, DistributedGrid, Error, ErrorKind, Field, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Layers,
+    Location, Ranks, Reals, Rendered, Renderer, Scene, Shape,
 };
 use std::fmt::Debug;
 
@@ -186,12 +186,24 @@ pub fn rays(scene: &Scene) -> impl Iterator<Item = (DVec3, DVec3)> {
 
 /// The results of `work` on each rank, a thread each; `node_of` has the node of each rank.
 pub fn on_nodes<R: Send>(node_of: &[usize], work: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
-    on_local_nodes(node_of, |team| work(&mut Ranks::new(Box::new(team))))
+    on_local_nodes(node_of, |team| work(&mut Ranks::new(team)))
 }
 
 /// [`on_nodes`] with all ranks on one node.
 pub fn on_ranks<R: Send>(ranks: usize, work: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
     on_nodes(&vec![0; ranks], work)
+}
+
+/// What a rank makes of its columns or part, on one thread.
+pub fn render_decomposed<'f>(
+    ranks: &mut Ranks,
+    scene: &Scene,
+    (grid, decomposition): (&Grid, &Decomposition),
+    layers: &Layers,
+    fields: impl Into<Fields<'f>>,
+) -> Result<Rendered, Error> {
+    let data = DistributedGrid { grid, decomposition: Some(decomposition), layers };
+    Renderer::new(1)?.render_decomposed(ranks, scene, data, fields)
 }
 
 /// The picture, which one rank has, and the reports of all ranks.

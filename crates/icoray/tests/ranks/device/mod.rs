@@ -197,18 +197,6 @@ fn tiles_of_a_device_are_shown_and_the_cpu_draws_the_rest() {
 }
 
 #[test]
-fn unsupported_scenes_go_to_the_cpu_at_once() {
-    let world = World::new();
-    let painter = Painter::new(Manner::All);
-    let renderer = Renderer::new(1).unwrap().with_device(Arc::clone(&painter) as _);
-    let scene = scene("precision = \"f64\"");
-    let frame = world.draw(&renderer, &scene);
-    assert!(frame.report.device.left_to_cpu.unwrap().contains("f64"));
-    assert_eq!(frame.pixels, world.draw(&Renderer::new(1).unwrap(), &scene).pixels);
-    assert!(painter.asked.lock().unwrap().is_empty());
-}
-
-#[test]
 fn light_comes_with_gradients_and_a_budget_is_measured_on_the_device() {
     let world = World::new();
     let lit = |more: &str| scene_with(more, "[light]\nkind = \"headlight\"");
@@ -313,6 +301,7 @@ fn a_device_is_opened_once_for_scenes_that_ask_alike() {
     let keys = [
         ("backend = \"cpu\"\ndevice = 13", 0, None),
         ("precision = \"f64\"", 0, Some("f64")),
+        ("backend = \"gpu\"\nprecision = \"f64\"", 0, Some("f64")),
         ("samples = 4", 0, Some("samples = 4")),
         ("", 1, Some("none is in stock")),
         ("backend = \"gpu\"", 2, None),
@@ -325,10 +314,12 @@ fn a_device_is_opened_once_for_scenes_that_ask_alike() {
             let said = frame.report.device.left_to_cpu.clone();
             assert_eq!(said.is_some(), reason.is_some(), "{keys}: {said:?}");
             assert!(said.is_none_or(|said| said.contains(reason.unwrap())), "{keys}");
-            let is_drawn = keys.contains("\"gpu\"");
+            let is_drawn = keys.contains("\"gpu\"") && reason.is_none();
             assert_eq!(frame.report.device.name.is_some(), is_drawn, "{keys}");
             if reason.is_none_or(|reason| !keys.contains(reason)) {
                 assert_eq!(count_painted(&frame, &alone), if is_drawn { all } else { 0 }, "{keys}");
+            } else {
+                assert_eq!(frame.pixels, world.draw(&Renderer::new(1).unwrap(), &scene(keys)).pixels, "{keys}");
             }
             let asked = shop.0.lock().unwrap();
             assert!(asked.len() == opened || asked.len() == 4, "{keys}: {asked:?}");
