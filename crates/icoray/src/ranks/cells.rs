@@ -82,12 +82,7 @@ impl PartCorners<'_> {
     /// Checks that these are all corners of `grid`, all own and in the order of its tables.
     pub(super) fn check_all(&self, grid: &Grid) -> Result<()> {
         let base = i64::from(grid.tables().index_base);
-        let Numbered { global, is_own } = Numbered::of_rows(ColumnKind::Corner, self.global, self.owned, grid)?;
-        if global.len() != grid.triangles() {
-            let message =
-                format!("corner_global: {} rows, expected {}, one per corner", global.len(), grid.triangles());
-            return Err(bad(message));
-        }
+        let Numbered { global, is_own } = Numbered::of_part(ColumnKind::Corner, self.global, self.owned, grid)?;
         let number = |corner: u64| corner as i64 + base;
         if let Some((row, other)) = (0u64..).zip(&global).find(|(row, corner)| row != *corner) {
             let (row, other) = (number(row), number(*other));

@@ -48,7 +48,7 @@ pub use cells::{Owned, PartCells, PartCorners};
 pub use columns::Columns;
 pub(crate) use columns::GatherInputs;
 pub use decomposition::{Decomposition, DistributedGrid};
-pub(crate) use fragments::{ReceivedFragments, Traced};
+pub(crate) use fragments::{Traced, read_fragments};
 pub(crate) use gather::{FrameSummary, TileAssignment, TileShare};
 pub use local::{LocalMessages, local_nodes, local_nodes_over, local_team, on_local_nodes, on_threads};
 pub use messages::{Communicator, Messages};

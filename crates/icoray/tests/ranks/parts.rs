@@ -250,41 +250,34 @@ fn scenes_may_request_fragments_but_no_impossible_scheme() {
 fn parts_that_do_not_fit_are_refused_on_all_ranks() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let (_, owner) = partitions(&mesh, 3).swap_remove(0);
-    type Damage = fn(&mut Spread);
-    // Two owners or none; a number twice or too low; too few numbers and too many marks.
-    let cases: [(Damage, &[&str]); 7] = [
-        (|s| s.owned[1].fill(1), &["is owned by ranks", "expected one owner"]),
-        (|s| s.owned[2].fill(0), &["is in the halo of rank", "but owned by no rank"]),
-        (|s| s.global[1][5] = s.global[1][9], &["rank 1: cell_global rows 6 and 10: both "]),
-        (|s| s.global[2][7] = -1, &["rank 2: cell_global row 8: -1, expected 1 or more"]),
-        (|s| s.global[2][7] = 0, &["rank 2: cell_global row 8: 0, expected a number, as a triangle has this cell"]),
-        (|s| s.global[0].truncate(9), &["rank 0: cell_global: ", "one per cell"]),
-        (|s| s.owned[0].push(1), &["rank 0: is_owned: ", "one per cell"]),
+    type Damage = fn(&mut Spread, &IcosahedralMesh);
+    // Two owners or none; a number twice or too low; too few numbers and too many marks; a halo that was cut off.
+    let cases: [(Damage, &[&str]); 8] = [
+        (|s, _| s.owned[1].fill(1), &["is owned by ranks", "expected one owner"]),
+        (|s, _| s.owned[2].fill(0), &["is in the halo of rank", "but owned by no rank"]),
+        (|s, _| s.global[1][5] = s.global[1][9], &["rank 1: cell_global rows 6 and 10: both "]),
+        (|s, _| s.global[2][7] = -1, &["rank 2: cell_global row 8: -1, expected 1 or more"]),
+        (|s, _| s.global[2][7] = 0, &["rank 2: cell_global row 8: 0, expected a number, as a triangle has this cell"]),
+        (|s, _| s.global[0].truncate(9), &["rank 0: cell_global: ", "one per cell"]),
+        (|s, _| s.owned[0].push(1), &["rank 0: is_owned: ", "one per cell"]),
+        (
+            |s, mesh| {
+                let mut own = vec![false; mesh.cells()];
+                let cells = s.parts[0].cells.iter().zip(&s.owned[0]).filter(|(_, is_own)| **is_own == 1);
+                cells.for_each(|(cell, _)| own[*cell] = true);
+                s.parts[0] = Culled::new(mesh, &own, Style::Corners, Mark::BeforeFirst, 1);
+                s.global[0] = s.parts[0].cells.iter().map(|cell| *cell as i64 + 1).collect();
+                s.owned[0] = vec![1; s.global[0].len()];
+            },
+            &["rank 0: own cell ", "a halo at least one cell wide"],
+        ),
     ];
     for (damage, words) in cases {
         let mut spread = Spread::new(&mesh, 3, &owner);
-        damage(&mut spread);
+        damage(&mut spread, &mesh);
         let refusals = spread.each(|_, _, _, decomposition| refusal(decomposition));
         assert_same_refusal(&refusals, ErrorKind::Grid, "");
         assert!(words.iter().all(|word| refusals[0].1.contains(word)), "{words:?}: {}", refusals[0].1);
-    }
-}
-
-/// An owner without all triangles of a cell, which another rank has: its halo was cut off.
-#[test]
-fn a_halo_that_is_too_narrow_is_refused() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let (_, owner) = partitions(&mesh, 2).swap_remove(0);
-    let mut spread = Spread::new(&mesh, 2, &owner);
-    let own: Vec<bool> = owner.iter().map(|owner| *owner == 0).collect();
-    spread.parts[0] = Culled::new(&mesh, &own, Style::Corners, Mark::BeforeFirst, 1);
-    spread.global[0] = spread.parts[0].cells.iter().map(|cell| *cell as i64 + 1).collect();
-    spread.owned[0] = vec![1; spread.global[0].len()];
-    for (_, sentence) in spread.each(|_, _, _, decomposition| refusal(decomposition)) {
-        assert!(
-            sentence.contains("rank 0: own cell ") && sentence.contains("a halo at least one cell wide"),
-            "{sentence}"
-        );
     }
 }
 

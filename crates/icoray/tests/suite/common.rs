@@ -93,9 +93,10 @@ impl TwoFields {
 
 /// A grid with the field f on layers 0.05 planet radii apart.
 pub struct OneField {
-    grid: Grid<'static>,
-    layers: Layers,
-    values: Vec<f32>,
+    pub grid: Grid<'static>,
+    pub layers: Layers,
+    /// Level-fastest.
+    pub values: Vec<f32>,
 }
 
 impl OneField {
@@ -108,18 +109,22 @@ impl OneField {
         OneField { values: over_columns(grid.cells(), count, value), layers, grid }
     }
 
-    fn draw_over(&self, scene: &Scene, ranks: &mut Ranks, threads: usize) -> Rendered {
+    pub fn draw_over(&self, renderer: &Renderer, scene: &Scene, ranks: &mut Ranks) -> Result<Rendered, Error> {
         let field = at_centers(&self.values, self.layers.count());
-        Renderer::new(threads).unwrap().render_over(ranks, scene, &self.grid, &self.layers, &field).unwrap()
+        renderer.render_over(ranks, scene, &self.grid, &self.layers, &field)
+    }
+
+    pub fn draw_by(&self, renderer: &Renderer, scene: &Scene) -> Frame {
+        picture(vec![self.draw_over(renderer, scene, &mut Ranks::alone()).unwrap()]).0
     }
 
     pub fn draw(&self, scene: &Scene, threads: usize) -> Frame {
-        picture(vec![self.draw_over(scene, &mut Ranks::alone(), threads)]).0
+        self.draw_by(&Renderer::new(threads).unwrap(), scene)
     }
 
     /// Over ranks of one thread each, which all have the whole grid.
     pub fn draw_on(&self, scene: &Scene, ranks: usize) -> (Frame, Vec<FrameReport>) {
-        picture(on_ranks(ranks, |ranks| self.draw_over(scene, ranks, 1)))
+        picture(on_ranks(ranks, |ranks| self.draw_over(&Renderer::new(1).unwrap(), scene, ranks).unwrap()))
     }
 }
 

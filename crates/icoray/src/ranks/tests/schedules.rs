@@ -99,9 +99,9 @@ fn frame(ranks: &mut Ranks, threads: &Threads, fails: Option<usize>) -> Result<u
     let mut traced = Traced { tiles: tiles().map(|tile| (tile, vec![rank as u8])).collect(), ..Traced::default() };
     let messages = traced.messages(ranks, &owners);
     let messages = ranks.collective(fail(3).map(|()| messages))?;
-    let received = ReceivedFragments::exchange(ranks, messages)?;
+    let received = ranks.exchange(messages)?;
     let mut found = 0;
-    received.read(|tile, unread| {
+    read_fragments(&received, |tile, unread| {
         let (sender, rest) = unread.split_first().expect("a byte per tile");
         *unread = rest;
         found += 1;
