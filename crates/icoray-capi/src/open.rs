@@ -85,7 +85,7 @@ pub unsafe extern "C" fn icoray_open(
 ///
 /// # Safety
 /// As icoray_open.
-pub unsafe fn open_over(config: *const icoray_config, team: Box<dyn Team>, ctx: *mut *mut icoray_ctx) -> icoray_status {
+pub unsafe fn open_over(config: *const icoray_config, team: Team, ctx: *mut *mut icoray_ctx) -> icoray_status {
     // SAFETY: passed on.
     status(&guarded(|| unsafe { opened(config, || Ok(Ranks::new(team)), ctx) }))
 }

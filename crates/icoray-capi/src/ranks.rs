@@ -22,7 +22,7 @@ const VARIABLES: [[&str; 2]; 3] = [
 /// The ranks of a communicator, given as Fortran's integer.
 #[cfg(feature = "mpi")]
 pub(crate) fn of_communicator(fortran_comm: i32) -> Outcome<Ranks> {
-    Ok(Ranks::new(Box::new(icoray_mpi::team(fortran_comm)?)))
+    Ok(Ranks::new(icoray_mpi::team(fortran_comm)?))
 }
 
 /// Fails: this library was built without MPI.
@@ -154,8 +154,7 @@ mod tests {
         let all = available_parallelism().unwrap().get();
         assert_eq!(share_of_processors(&mut Ranks::alone()).unwrap(), all);
         for size in [1, 2, 3, 2 * all] {
-            let of_each =
-                on_local_nodes(&vec![0; size], |team| share_of_processors(&mut Ranks::new(Box::new(team))).unwrap());
+            let of_each = on_local_nodes(&vec![0; size], |team| share_of_processors(&mut Ranks::new(team)).unwrap());
             assert_eq!(of_each, vec![(all / size).max(1); size]);
         }
         let allowed: usize = mask().iter().map(|byte| byte.count_ones() as usize).sum();

@@ -44,7 +44,7 @@ pub struct ColumnValues<'a> {
 
 impl Context {
     /// Opens a context over ranks, or for one process. Collective.
-    pub fn open(team: Option<Box<dyn Team>>) -> Result<Self> {
+    pub fn open(team: Option<Team>) -> Result<Self> {
         let config = icoray_config {
             struct_size: size_of::<icoray_config>(),
             output_dir: OUTPUT_DIR.as_ptr(),

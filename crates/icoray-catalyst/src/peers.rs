@@ -5,19 +5,19 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// All ranks of the host, or one process alone.
-pub struct Peers(Option<Box<dyn Team>>);
+pub struct Peers(Option<Team>);
 
 impl Peers {
-    pub fn new(team: Option<Box<dyn Team>>) -> Self {
+    pub fn new(team: Option<Team>) -> Self {
         Peers(team)
     }
 
     pub fn rank(&self) -> usize {
-        self.0.as_ref().map_or(0, |team| team.rank())
+        self.0.as_ref().map_or(0, Team::rank)
     }
 
     pub fn size(&self) -> usize {
-        self.0.as_ref().map_or(1, |team| team.size())
+        self.0.as_ref().map_or(1, Team::size)
     }
 
     /// The values of all ranks, in their order. Collective.
@@ -52,7 +52,7 @@ impl Peers {
 /// Fortran's integer, as hosts have it in `catalyst/mpi_comm`; without it all ranks of a host that has initialised MPI are
 /// taken. Collective.
 #[cfg(feature = "mpi")]
-pub fn teams_of_host(communicator: Option<i64>) -> Result<Option<[Box<dyn Team>; 2]>> {
+pub fn teams_of_host(communicator: Option<i64>) -> Result<Option<[Team; 2]>> {
     use icoray_mpi::{team, world_communicator};
     let Some(communicator) = communicator.or_else(|| world_communicator().map(i64::from)) else { return Ok(None) };
     // Handles of MPICH have the highest bit, which hosts may have made a sign of or not.
@@ -60,12 +60,12 @@ pub fn teams_of_host(communicator: Option<i64>) -> Result<Option<[Box<dyn Team>;
     let handle = handle.map_err(|_| {
         Error::new(ErrorKind::Mpi, format!("catalyst/mpi_comm is {communicator}, expected MPI_Comm_c2f(comm)"))
     })?;
-    Ok(Some([Box::new(team(handle)?), Box::new(team(handle)?)]))
+    Ok(Some([team(handle)?, team(handle)?]))
 }
 
 /// One process: this library was built without MPI.
 #[cfg(not(feature = "mpi"))]
-pub fn teams_of_host(communicator: Option<i64>) -> Result<Option<[Box<dyn Team>; 2]>> {
+pub fn teams_of_host(communicator: Option<i64>) -> Result<Option<[Team; 2]>> {
     match communicator {
         None => Ok(None),
         Some(_) => Err(Error::new(
@@ -83,7 +83,7 @@ mod tests {
     #[test]
     fn no_rank_waits_for_one_that_fails() {
         let failure = |work: fn(usize) -> Result<usize>| {
-            let teams = local_team(3).into_iter().map(|team| Peers::new(Some(Box::new(team))));
+            let teams = local_team(3).into_iter().map(|team| Peers::new(Some(team)));
             std::thread::scope(|scope| {
                 let of_rank = |mut peers: Peers| {
                     scope.spawn(move || {

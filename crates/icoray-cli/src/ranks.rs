@@ -16,7 +16,7 @@ impl RankTeam {
     #[cfg(feature = "mpi")]
     pub fn new() -> Result<Self> {
         let (world, team) = icoray_mpi::World::new()?;
-        let ranks = if icoray::Team::size(&team) > 1 { Ranks::new(Box::new(team)) } else { Ranks::alone() };
+        let ranks = if team.size() > 1 { Ranks::new(team) } else { Ranks::alone() };
         Ok(RankTeam { ranks, _world: world })
     }
 

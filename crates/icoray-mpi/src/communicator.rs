@@ -14,7 +14,7 @@ const TAG: c_int = 1;
 /// A communicator whose errors are returned. It is freed on drop, unless MPI was finalised or a rank has left before
 /// the others. Creation and drop are collective.
 #[derive(Debug)]
-pub struct MpiCommunicator {
+pub(crate) struct MpiCommunicator {
     handle: ffi::MPI_Comm,
     rank: usize,
     size: usize,
@@ -28,7 +28,7 @@ unsafe impl Send for MpiCommunicator {}
 
 impl MpiCommunicator {
     /// A duplicate of a communicator.
-    pub(crate) fn of_duplicate(of: ffi::MPI_Comm, is_given_up: Arc<AtomicBool>) -> Result<Self> {
+    pub fn of_duplicate(of: ffi::MPI_Comm, is_given_up: Arc<AtomicBool>) -> Result<Self> {
         // SAFETY: a communicator of the host's or ours; the handle is written.
         Self::new("MPI_Comm_dup", is_given_up, |new| unsafe { ffi::MPI_Comm_dup(of, new) })
     }
@@ -151,7 +151,7 @@ impl Drop for MpiCommunicator {
 
 /// A request with the bytes that MPI reads or writes until it is complete.
 #[derive(Debug)]
-pub struct PendingMessage {
+pub(crate) struct PendingMessage {
     request: ffi::MPI_Request,
     bytes: Vec<u8>,
 }

@@ -2,17 +2,13 @@
 //! that initialises it.
 
 use crate::communicator::{MpiCommunicator, check, failed, flag, is_finalized, rank_in};
-use icoray::ranks::CommunicatorTeam;
-use icoray::{Error, ErrorKind, Result};
+use icoray::{Error, ErrorKind, Result, Team};
 use mpi::environment::Universe;
 use mpi::traits::AsRaw;
 use mpi::{Threading, ffi};
 use std::ffi::c_char;
 use std::mem::size_of;
 use std::sync::Arc;
-
-/// The ranks of a communicator.
-pub type MpiTeam = CommunicatorTeam<MpiCommunicator>;
 
 /// The ranks of `fortran_comm`: `MPI_Comm_c2f(comm)` in C, `comm` in Fortran's `mpi`, `comm%MPI_VAL` in `mpi_f08`.
 /// The communicator is duplicated and the duplicate freed on drop, unless MPI was finalised or a rank has left before
@@ -22,7 +18,7 @@ pub type MpiTeam = CommunicatorTeam<MpiCommunicator>;
 /// [`ErrorKind::Mpi`] if MPI is not initialised or already finalised, if it may not be called on this thread, and if
 /// the integer is no communicator of one group; [`ErrorKind::Unsupported`] if the host runs another MPI than this was
 /// built for.
-pub fn team(fortran_comm: i32) -> Result<MpiTeam> {
+pub fn team(fortran_comm: i32) -> Result<Team> {
     refuse_other_mpi()?;
     if !flag(ffi::MPI_Initialized) {
         return Err(failed("MPI is not initialised; call MPI_Init before icoray_open".into()));
@@ -46,7 +42,7 @@ pub fn team(fortran_comm: i32) -> Result<MpiTeam> {
     if inter != 0 {
         return Err(failed("the communicator is between two groups; expected one of one group".into()));
     }
-    MpiTeam::new(MpiCommunicator::of_duplicate(given, Arc::default())?)
+    Team::over(MpiCommunicator::of_duplicate(given, Arc::default())?)
 }
 
 /// Rank and size of this process in MPI_COMM_WORLD; `None` if MPI is not initialised or may not be called on this
@@ -112,7 +108,7 @@ impl World {
     ///
     /// # Errors
     /// [`ErrorKind::Mpi`] where MPI was initialised before; as [`team`].
-    pub fn new() -> Result<(Self, MpiTeam)> {
+    pub fn new() -> Result<(Self, Team)> {
         let Some((universe, _)) = mpi::initialize_with_threading(Threading::Funneled) else {
             return Err(failed("MPI was initialised before".into()));
         };

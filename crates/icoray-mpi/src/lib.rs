@@ -12,5 +12,4 @@ mod host;
 #[cfg(test)]
 mod tests;
 
-pub use communicator::MpiCommunicator;
-pub use host::{MpiTeam, World, rank_in_world, team, world_communicator};
+pub use host::{World, rank_in_world, team, world_communicator};

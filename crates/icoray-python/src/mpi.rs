@@ -5,8 +5,8 @@
 //! icoray-mpi, the communicator is duplicated, so that messages of the host are not received here.
 
 use crate::error::of_class;
-use icoray::ranks::{Communicator, CommunicatorTeam};
-use icoray::{Error, ErrorKind, Result};
+use icoray::ranks::Communicator;
+use icoray::{Error, ErrorKind, Result, Team};
 use numpy::{PyArray1, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use std::sync::atomic::Ordering::Relaxed;
 const TAG: i32 = 1;
 
 /// The team of a communicator of mpi4py, or of Fortran's integer of one. Collective.
-pub(crate) fn team(comm: &Bound<PyAny>) -> PyResult<CommunicatorTeam<PyCommunicator>> {
+pub(crate) fn team(comm: &Bound<PyAny>) -> PyResult<Team> {
     let py = comm.py();
     let mpi = py.import("mpi4py.MPI").map_err(|error| {
         let message = format!("not supported: comm= needs the package mpi4py, which cannot be imported: {error}");
@@ -40,7 +40,7 @@ pub(crate) fn team(comm: &Bound<PyAny>) -> PyResult<CommunicatorTeam<PyCommunica
         return Err(bad("the communicator is between two groups; expected one of one group"));
     }
     let comm = PyCommunicator::of_duplicate(&mpi, &comm, Default::default())?;
-    CommunicatorTeam::new(comm).map_err(crate::error::raised)
+    Team::over(comm).map_err(crate::error::raised)
 }
 
 /// MPI must be initialised, and callable on this thread.
@@ -73,7 +73,7 @@ fn attached<R>(work: impl FnOnce(Python) -> PyResult<R>) -> Result<R> {
 /// A communicator whose errors are exceptions. It is freed on drop, unless MPI was finalised or a rank has left before
 /// the others. Creation and drop are collective.
 #[derive(Debug)]
-pub(crate) struct PyCommunicator {
+struct PyCommunicator {
     mpi: Py<PyModule>,
     handle: Py<PyAny>,
     rank: usize,
@@ -108,7 +108,7 @@ impl Drop for PyCommunicator {
 
 /// A request of mpi4py with the bytes that MPI reads or writes until it is complete.
 #[derive(Debug)]
-pub(crate) struct PendingMessage {
+struct PendingMessage {
     request: Py<PyAny>,
     bytes: Py<PyArray1<u8>>,
 }

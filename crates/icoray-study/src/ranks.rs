@@ -5,7 +5,7 @@
 
 use crate::results::{Table, number, progress, say};
 use crate::scenes::multi_scale;
-use icoray::ranks::local_team;
+use icoray::ranks::{local_team, on_threads};
 use icoray::{
     Decomposition, DistributedGrid, Error, ErrorKind, Field, FrameReport, Grid, Location, Ranks, Rendered, Renderer,
     Result, Scene,
@@ -13,7 +13,7 @@ use icoray::{
 use icoray_reference::sphere::{self, Sphere};
 use partition::MeshPart;
 pub use partition::Sharing;
-use sequential::{SequentialRank, seconds};
+use sequential::sequential_team;
 use std::io::Write;
 use std::path::PathBuf;
 use std::thread;
@@ -139,14 +139,16 @@ impl<'w> Simulation<'w> {
     /// For each scene the frame (of all but the first) with the least seconds of its busiest rank.
     fn frames(&self, ranks: usize, node_ranks: usize) -> Result<Vec<Vec<RankFrame>>> {
         let node_of: Vec<usize> = (0..ranks).map(|rank| rank.checked_div(node_ranks).unwrap_or(0)).collect();
-        let of_ranks = on_threads(SequentialRank::team(&node_of), |mut team| {
-            let busy = team.begin();
+        let of_ranks = on_threads(sequential_team(&node_of), |(team, turns)| {
+            turns.begin();
             let mut before = 0.0;
-            self.rank(&Renderer::new(1)?, Ranks::new(Box::new(team)), |_, report| {
-                let busy_s = seconds(&busy) - std::mem::replace(&mut before, seconds(&busy));
+            self.rank(&Renderer::new(1)?, Ranks::new(team), |_, report| {
+                let seconds = turns.seconds();
+                let busy_s = seconds - std::mem::replace(&mut before, seconds);
                 RankFrame { busy_s, report }
             })
-        })?;
+        });
+        let of_ranks: Vec<Vec<RankFrame>> = of_ranks.into_iter().collect::<Result<_>>()?;
         let frame = |number: usize| of_ranks.iter().map(|of_rank| of_rank[number].clone()).collect::<Vec<_>>();
         let min = |scene: usize| {
             let frames = (scene * self.frames + 1..(scene + 1) * self.frames).map(frame);
@@ -159,11 +161,12 @@ impl<'w> Simulation<'w> {
     fn wall_s(&self, ranks: usize) -> Result<Vec<f64>> {
         let of_ranks = on_threads(local_team(ranks), |team| {
             let mut start = Instant::now();
-            self.rank(&Renderer::new(1)?, Ranks::new(Box::new(team)), |_, _| {
+            self.rank(&Renderer::new(1)?, Ranks::new(team), |_, _| {
                 std::mem::replace(&mut start, Instant::now()).elapsed().as_secs_f64()
             })
-        })?;
+        });
         let min = |frames: &[f64]| frames[1..].iter().fold(f64::INFINITY, |min, s| min.min(*s));
+        let of_ranks: Vec<Vec<f64>> = of_ranks.into_iter().collect::<Result<_>>()?;
         Ok(of_ranks[0].chunks_exact(self.frames).map(min).collect())
     }
 
@@ -192,16 +195,6 @@ impl<'w> Simulation<'w> {
         }
         Ok(results)
     }
-}
-
-/// Runs `work` for each rank on a thread of its own.
-pub(crate) fn on_threads<T: Send, R: Send>(team: Vec<T>, work: impl Fn(T) -> Result<R> + Sync) -> Result<Vec<R>> {
-    let work = &work;
-    thread::scope(|scope| {
-        let threads: Vec<_> = team.into_iter().map(|one| scope.spawn(move || work(one))).collect();
-        let panicked = |_| Err(Error::new(ErrorKind::Internal, "a rank panicked"));
-        threads.into_iter().map(|thread| thread.join().unwrap_or_else(panicked)).collect()
-    })
 }
 
 /// Writes a row per frame: a printed line and a row of the CSV file.

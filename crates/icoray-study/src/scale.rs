@@ -5,11 +5,11 @@
 //! network gives their times ([`network`]). Rays take no time of it: the seconds are those of the exchange alone, from
 //! rank 0's call to its picture. [`geometry`] follows sampled rays through partitions of a grid of any size.
 
-use crate::ranks::{Sharing, Simulation, on_threads};
+use crate::ranks::{Sharing, Simulation};
 use crate::results::{Table, number, progress, replace_section, say, three_digits};
 use crate::scenes::multi_scale;
 use geometry::{Partition, Shell};
-use icoray::ranks::{Traffic, local_nodes_over};
+use icoray::ranks::{Traffic, local_nodes_over, on_threads};
 use icoray::{Error, ErrorKind, FrameReport, Ranks, Renderer, Result};
 use icoray_reference::sphere::{self, Sphere};
 use network::{Clock, Network, TimedMessages, read};
@@ -193,7 +193,7 @@ fn simulated(simulation: &Simulation, ranks: usize, network: Network) -> Result<
     let renderer = Renderer::new(0)?;
     let of_ranks = on_threads(team.into_iter().zip(&clocks).collect(), |(team, clock)| {
         let (mut before, mut began) = (Traffic::default(), read(clock));
-        simulation.rank(&renderer, Ranks::new(Box::new(team)), |ranks, report| {
+        simulation.rank(&renderer, Ranks::new(team), |ranks, report| {
             let (sent, now) = (ranks.traffic(), read(clock));
             let last = std::mem::replace(&mut before, sent);
             let sent = Traffic { messages: sent.messages - last.messages, bytes: sent.bytes - last.bytes };
@@ -201,8 +201,8 @@ fn simulated(simulation: &Simulation, ranks: usize, network: Network) -> Result<
             let link_bytes = now.link_bytes - began.link_bytes;
             RankExchange { sent, link_bytes, time_s: [now.s, began.s], before: last, report }
         })
-    })?;
-    Ok(of_ranks.into_iter().filter_map(|mut frames| frames.pop()).collect())
+    });
+    of_ranks.into_iter().filter_map(|frames| frames.map(|mut frames| frames.pop()).transpose()).collect()
 }
 
 fn work(options: &Options, out: &mut dyn Write) -> Result<()> {

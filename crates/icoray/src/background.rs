@@ -8,7 +8,7 @@
 //! Several ranks can render a frame together in the background ([`Background::over`]). Their drawing threads do not
 //! call the transport: the model's thread moves messages in each call.
 
-use crate::ranks::{MessagePump, Ranks, pumped};
+use crate::ranks::{MessagePump, Ranks};
 use crate::render::{Rendered, Renderer};
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded};
 use icoray_grid::{Error, ErrorKind, Result};
@@ -71,14 +71,8 @@ impl Background {
         let draw = move |ranks: &mut Ranks, setup: FrameSetup, copies: &Copies, accepted| {
             draw(&with, ranks, &to, setup, copies, accepted)
         };
-        let (others, pump) = match ranks.point_to_point()? {
-            Some(messages) => {
-                let (team, pump) = pumped(messages, ranks.node_rank()?);
-                (Ranks::new(Box::new(team)), Some(pump))
-            }
-            None => (Ranks::alone(), None),
-        };
-        let made = Self::with(renderer, writer, others, pump, draw);
+        let (others, pump) = ranks.pumped()?.unzip();
+        let made = Self::with(renderer, writer, others.unwrap_or_default(), pump, draw);
         ranks.collective(made)
     }
 

@@ -95,7 +95,7 @@ impl Renderer {
         if scene.backend == Backend::Cpu {
             return Ok(Err(None));
         }
-        let node_rank = ranks.node_rank()?;
+        let node_rank = ranks.node_rank();
         // On one of the renderer's threads, so that threads that a driver starts do not descend from the host's.
         Ok(self.run(|| self.device_for(scene, node_rank)))
     }

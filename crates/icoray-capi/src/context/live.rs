@@ -316,6 +316,6 @@ mod tests {
             assert!(!context.is_over);
         };
         ask(Ranks::alone());
-        on_local_nodes(&[0; 2], |team| ask(Ranks::new(Box::new(team))));
+        on_local_nodes(&[0; 2], |team| ask(Ranks::new(team)));
     }
 }

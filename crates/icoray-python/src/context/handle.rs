@@ -100,7 +100,7 @@ impl Handle {
             // SAFETY: a config whose strings live until the call returns, and a pointer that is written.
             let status = unsafe {
                 match team {
-                    Some(team) => open_over(config.get(), Box::new(team), &raw mut ctx),
+                    Some(team) => open_over(config.get(), team, &raw mut ctx),
                     None => icoray_open_serial(config.get(), &raw mut ctx),
                 }
             };

@@ -82,14 +82,6 @@ impl TimedMessages {
 }
 
 impl Messages for TimedMessages {
-    fn rank(&self) -> usize {
-        self.messages.rank()
-    }
-
-    fn size(&self) -> usize {
-        self.messages.size()
-    }
-
     fn send(&mut self, to: usize, mut bytes: Vec<u8>) -> Result<()> {
         let sent = {
             let mut clock = self.clock.lock().unwrap_or_else(PoisonError::into_inner);
@@ -98,12 +90,8 @@ impl Messages for TimedMessages {
             clock.link_bytes += if is_link { bytes.len() as u64 } else { 0 };
             clock.s
         };
-        bytes.extend_from_slice(&(sent + self.network.latency_s(self.rank(), to)).to_le_bytes());
+        bytes.extend_from_slice(&(sent + self.network.latency_s(self.messages.rank(), to)).to_le_bytes());
         self.messages.send(to, bytes)
-    }
-
-    fn is_sent(&mut self) -> Result<bool> {
-        self.messages.is_sent()
     }
 
     fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {
@@ -113,13 +101,16 @@ impl Messages for TimedMessages {
     fn receive(&mut self) -> Result<(usize, Vec<u8>)> {
         self.messages.receive().map(|message| self.arrived(message))
     }
+
+    fn meet(&mut self) -> Result<()> {
+        self.messages.meet()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icoray::ranks::{LocalTeam, Team, local_nodes_over};
-    use std::thread;
+    use icoray::ranks::{local_nodes_over, on_threads};
 
     /// One message between nodes: overhead and bytes at both ends, or the latency between.
     #[test]
@@ -130,20 +121,12 @@ mod tests {
         let team = local_nodes_over(&[0, 1], |messages| {
             TimedMessages::new(messages, network, Arc::clone(ranks.next().unwrap()))
         });
-        thread::scope(|scope| {
-            for mut rank in team {
-                scope.spawn(move || broadcast(&mut rank));
-            }
-        });
+        on_threads(team, |mut team| assert_eq!(team.broadcast(vec![7; 1_000_000]).unwrap().len(), 1_000_000));
         // 1,000,000 bytes, and the 9 of the message's end.
         let sent = 10e-6 + 1e-9 * 1_000_009.0;
         assert!((read(&clocks[0]).s - sent).abs() < 1e-12);
         assert_eq!(read(&clocks[0]).link_bytes, 1_000_009);
         let time = read(&clocks[1]);
         assert!((time.s - (sent + 110e-6)).abs() < 1e-12, "{time:?}");
-    }
-
-    fn broadcast(team: &mut LocalTeam<TimedMessages>) {
-        assert_eq!(team.broadcast(vec![7; 1_000_000]).unwrap().len(), 1_000_000);
     }
 }

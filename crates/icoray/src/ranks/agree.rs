@@ -110,6 +110,12 @@ impl Ranks {
         self.agree_all(mine, |_| Vec::new())
     }
 
+    /// As [`Self::collective`], of the result of `work`, whose panics are errors too if there are other ranks. Collective.
+    pub(crate) fn collective_work<R>(&mut self, work: impl FnOnce() -> Result<R>) -> Result<R> {
+        let mine = self.attempt(work);
+        self.collective(mine)
+    }
+
     /// As [`Self::collective`], where the `facts` of a success must also be equal on all ranks.
     pub(crate) fn agree_all<R>(
         &mut self,

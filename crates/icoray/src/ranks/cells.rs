@@ -78,39 +78,11 @@ pub(super) struct Numbered {
     pub is_own: Vec<bool>,
 }
 
-impl PartCells<'_> {
-    /// Reads `rows` rows with distinct numbers from `base` on.
-    pub(super) fn read(&self, rows: usize, base: i64) -> Result<Numbered> {
-        Numbered::new(ColumnKind::Cell, (self.global, self.owned), rows, base, None)
-    }
-
-    /// Reads all rows, whose numbers are rows of the tables of `grid`.
-    pub(super) fn read_rows(&self, grid: &Grid) -> Result<Numbered> {
-        Numbered::of_rows(ColumnKind::Cell, (self.global, self.owned), grid)
-    }
-}
-
 impl PartCorners<'_> {
-    /// As [`PartCells::read_rows`].
-    pub(super) fn read_rows(&self, grid: &Grid) -> Result<Numbered> {
-        Numbered::of_rows(ColumnKind::Corner, (self.global, self.owned), grid)
-    }
-
-    /// Reads a row for each corner of `grid`, the tables of a part.
-    pub(super) fn read_part(&self, grid: &Grid) -> Result<Numbered> {
-        let base = i64::from(grid.tables().index_base);
-        Numbered::new(ColumnKind::Corner, (self.global, self.owned), grid.triangles(), base, None)
-    }
-
     /// Checks that these are all corners of `grid`, all own and in the order of its tables.
     pub(super) fn check_all(&self, grid: &Grid) -> Result<()> {
         let base = i64::from(grid.tables().index_base);
-        let Numbered { global, is_own } = self.read_rows(grid)?;
-        if global.len() != grid.triangles() {
-            let message =
-                format!("corner_global: {} rows, expected {}, one per corner", global.len(), grid.triangles());
-            return Err(bad(message));
-        }
+        let Numbered { global, is_own } = Numbered::of_part(ColumnKind::Corner, self.global, self.owned, grid)?;
         let number = |corner: u64| corner as i64 + base;
         if let Some((row, other)) = (0u64..).zip(&global).find(|(row, corner)| row != *corner) {
             let (row, other) = (number(row), number(*other));
@@ -126,9 +98,16 @@ impl PartCorners<'_> {
 }
 
 impl Numbered {
-    fn of_rows(kind: ColumnKind, columns: (Indices, Owned), grid: &Grid) -> Result<Self> {
+    /// Reads a row for each cell or corner of `grid`, the tables of a part.
+    pub fn of_part(kind: ColumnKind, global: Indices, owned: Owned, grid: &Grid) -> Result<Self> {
         let base = i64::from(grid.tables().index_base);
-        Numbered::new(kind, columns, columns.0.len(), base, Some(base + kind.rows(grid) as i64 - 1))
+        Numbered::new(kind, (global, owned), kind.rows(grid), base, None)
+    }
+
+    /// Reads all rows, whose numbers are rows of the tables of `grid`.
+    pub fn of_rows(kind: ColumnKind, global: Indices, owned: Owned, grid: &Grid) -> Result<Self> {
+        let base = i64::from(grid.tables().index_base);
+        Numbered::new(kind, (global, owned), global.len(), base, Some(base + kind.rows(grid) as i64 - 1))
     }
 
     /// Reads `rows` rows with distinct numbers from `base` to `last`, or without an upper bound.

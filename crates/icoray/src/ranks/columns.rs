@@ -11,12 +11,12 @@
 
 use super::cells::{PartCells, PartCorners};
 use super::corner_halo::CornerHalo;
-use super::corner_owners::OwnCorners;
-use super::mesh::{MeshMemory, Numbers, SharedGrid};
-use super::nodes::Nodes;
-use super::owners::CellOwners;
+use super::mesh::{NodeGrid, NodeMesh, Numbers};
+use super::node_fields::{GatherTarget, NodeFields, Stored, display_name};
+use super::node_ranks::NodeRanks;
+use super::owners::{CellOwners, OwnCorners};
 use super::supply::{ColumnLookup, Rows, Supply};
-use super::{Node, NodeFields, Part, RankMessages, Ranks, Stored, bad};
+use super::{NodeMemory, Part, RankMessages, Ranks, bad};
 use crate::fields::Fields;
 use icoray_grid::heights::check_corner_columns;
 use icoray_grid::threads::Threads;
@@ -26,13 +26,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 mod source;
-mod target;
 mod whole;
 
 pub(super) use source::visit_columns;
 use source::{ColumnSource, read_columns};
-pub(super) use target::GatherTarget;
-use target::display_name;
 
 /// Maximum number of bytes that a rank sends at once, to all nodes together, unless a single column for each has more.
 const MAX_BYTES: usize = 64 << 20;
@@ -46,7 +43,7 @@ pub struct Columns {
     has_corner_numbers: bool,
     /// Cells of this rank's tables.
     cells: usize,
-    nodes: Nodes,
+    node: NodeRanks,
     /// If ranks have the whole grid's tables, a rank of each other node, which receives own columns.
     partners: Vec<usize>,
     /// The mesh that is drawn if ranks have parts; `None` if they have the whole grid's tables.
@@ -66,24 +63,6 @@ pub(crate) struct GatherInputs<'a> {
     pub derivation_inputs: Vec<&'a str>,
 }
 
-/// The grid that the ranks of a node have together.
-#[derive(Debug)]
-pub(crate) struct NodeGrid {
-    grid: SharedGrid,
-    /// Bytes of its tables and of those derived from them, if this rank wrote them.
-    pub bytes: usize,
-    /// Whether some ranks have their own memory although they should share it.
-    pub is_refused: bool,
-    /// The node's own part of it, if there are other nodes.
-    pub part: Option<Part>,
-}
-
-impl NodeGrid {
-    pub fn grid(&self) -> &Grid<'_> {
-        self.grid.grid()
-    }
-}
-
 impl Columns {
     /// Agrees with the other ranks on the owner of each cell if each rank has the tables of its part: `cells` has a row
     /// for each cell of `grid`, and `corners`, if any rank has them, one for each corner. Joins the parts of each node.
@@ -96,22 +75,20 @@ impl Columns {
     ) -> Result<Self> {
         let CellOwners { global, owner } = CellOwners::agree(ranks, grid, cells)?;
         let own_corners = OwnCorners::read(ranks, grid, corners)?;
-        let nodes = Nodes::find(ranks)?;
+        let node = NodeRanks::find(ranks)?;
         let corner = own_corners.as_ref().map(OwnCorners::numbers);
         let numbers = Numbers { grid, global: &global, owner: &owner, corner, rank: ranks.rank() };
-        let memory = MeshMemory::new(ranks, &numbers, &nodes)?;
-        let mesh = ranks.collective(memory.mesh())?;
-        let lookup = ranks.attempt(|| Ok(ColumnLookup::new(&numbers)));
-        let lookup = ranks.collective(lookup)?;
-        let [center, corner] = Supply::of_parts(ranks, (&numbers, &lookup), &mesh, &nodes, own_corners.as_ref())?;
+        let (mut node_grid, mesh_numbers) = NodeGrid::join(ranks, &numbers, &node)?;
+        let mesh = ranks.collective(NodeMesh::new(&node_grid, &mesh_numbers))?;
+        let lookup = ranks.collective_work(|| Ok(ColumnLookup::new(&numbers)))?;
+        let [center, corner] = Supply::of_parts(ranks, (&numbers, &lookup), &mesh, &node, own_corners.as_ref())?;
         let halo = Some(Arc::new(CornerHalo::find(ranks, &numbers, &lookup, own_corners.as_ref())?));
-        let is_one = nodes.mates().len() == ranks.size();
-        let part = if is_one { None } else { Some(Part::of_node(ranks, &mesh, &nodes)?) };
-        let MeshMemory { grid: node_grid, grid_bytes: bytes, is_refused, numbers } = memory;
-        ranks.keep_node(numbers);
-        let node_grid = Some(Arc::new(NodeGrid { grid: node_grid, bytes, is_refused, part }));
+        let is_one = node.mates().len() == ranks.size();
+        node_grid.part = if is_one { None } else { Some(Part::of_node(ranks, &mesh, &node)?) };
+        ranks.keep_node(mesh_numbers);
+        let node_grid = Some(Arc::new(node_grid));
         let (has_corner_numbers, partners) = (own_corners.is_some(), Vec::new());
-        Ok(Columns { center, corner, has_corner_numbers, cells: grid.cells(), nodes, partners, node_grid, halo })
+        Ok(Columns { center, corner, has_corner_numbers, cells: grid.cells(), node, partners, node_grid, halo })
     }
 
     /// Whether ranks have the tables of their parts, not those of the whole grid.
@@ -205,8 +182,8 @@ impl Columns {
         let (target, halo) = (targets.iter().find(is_heights)?, self.halo.as_ref()?);
         let GatherInputs { threads, grid, layers, .. } = *inputs;
         let reads = |corner: usize| halo.reads(corner);
-        let checked = ranks.attempt(|| threads.run(|| check_corner_columns(grid, &target.field, layers, reads)));
-        ranks.collective(checked).err()
+        let check = || threads.run(|| check_corner_columns(grid, &target.field, layers, reads));
+        ranks.collective_work(check).err()
     }
 
     /// The place of each whole field, and the bytes of all of them on any node: equal on all ranks.
@@ -238,7 +215,8 @@ impl Columns {
                 fill: field.fill().filter(|_| !is_average),
             };
             end = whole.end().next_multiple_of(size_of::<f64>());
-            let most = self.supply(location).max_rows() * whole.width();
+            let [_, _, max_rows, _] = self.supply(location).max;
+            let most = max_rows * whole.width();
             bytes += most.next_multiple_of(size_of::<f64>());
             targets.push(GatherTarget { field, whole });
         }
@@ -267,7 +245,7 @@ impl Columns {
         &self,
         ranks: &mut Ranks,
         inputs: &GatherInputs,
-        node: &mut Node,
+        node: &mut NodeMemory,
         target: &GatherTarget,
         most: usize,
     ) -> Result<u64> {
@@ -280,18 +258,20 @@ impl Columns {
         let (at, width) = (target.whole.at, target.whole.width());
         let supply = self.supply(target.whole.location);
         let mut columns = 0;
-        node.memory.begin()?;
+        node.begin(ranks.team.as_mut())?;
         let mut outcome = ranks.attempt(|| {
             source.visit(&supply.own, |row, bytes| {
-                node.memory.put(at + row as usize * width, bytes);
+                node.put(at + row as usize * width, bytes);
                 columns += 1;
             });
             Ok(())
         });
-        let receivers = supply.max_receivers() + if node.is_refused { ranks.size() } else { 0 };
+        let [max_own, max_others, _, max_receivers] = supply.max;
+        let receivers = max_receivers + if node.is_refused { ranks.size() } else { 0 };
         let at_once = (most / (width + 8) / receivers.max(1)).max(1);
         let sends_own = self.node_grid.is_none() || node.is_refused;
-        let rounds = if ranks.size() > 1 { supply.max_sent(sends_own).div_ceil(at_once) } else { 0 };
+        let max_sent = if sends_own { max_own } else { max_others };
+        let rounds = if ranks.size() > 1 { max_sent.div_ceil(at_once) } else { 0 };
         for round in 0..rounds {
             // After a failure the collective calls go on: the other ranks wait in them.
             let range = round * at_once..(round + 1) * at_once;
@@ -302,21 +282,21 @@ impl Columns {
             });
             let mut received: Vec<(usize, Vec<u8>)> = ranks.exchange(messages)?.into_iter().collect();
             if node.is_refused {
-                // What one rank receives from other nodes, all of this one need.
-                let from_others = received.iter().filter(|(from, _)| !self.nodes.is_mate(*from));
+                // What one rank receives from other node, all of this one need.
+                let from_others = received.iter().filter(|(from, _)| !self.node.is_mate(*from));
                 let bytes: Vec<u8> = from_others.flat_map(|(_, bytes)| bytes).copied().collect();
                 let mates = self.mates_apart(ranks, node);
                 received.extend(ranks.exchange(mates.map(|mate| (mate, bytes.clone())).collect())?);
             }
             for (_, bytes) in received {
                 let read = read_columns(&bytes, width, supply.rows, |row, bytes| {
-                    node.memory.put(at + row * width, bytes);
+                    node.put(at + row * width, bytes);
                     columns += 1;
                 });
                 outcome = outcome.and(read);
             }
         }
-        node.memory.settle()?;
+        node.settle(ranks.team.as_mut())?;
         outcome.map(|()| (columns * width) as u64)
     }
 
@@ -324,7 +304,7 @@ impl Columns {
     fn messages(
         &self,
         ranks: &Ranks,
-        node: &Node,
+        node: &NodeMemory,
         (source, supply): (&ColumnSource, &Supply),
         range: Range<usize>,
     ) -> RankMessages {
@@ -347,8 +327,8 @@ impl Columns {
     }
 
     /// The other ranks of this one's node, if they have memory of their own.
-    fn mates_apart(&self, ranks: &Ranks, node: &Node) -> impl Iterator<Item = usize> {
+    fn mates_apart(&self, ranks: &Ranks, node: &NodeMemory) -> impl Iterator<Item = usize> {
         let (rank, is_apart) = (ranks.rank(), node.is_refused_here);
-        self.nodes.mates().iter().copied().filter(move |mate| is_apart && *mate != rank)
+        self.node.mates().iter().copied().filter(move |mate| is_apart && *mate != rank)
     }
 }

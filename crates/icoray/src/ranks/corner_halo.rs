@@ -4,11 +4,10 @@
 //! not own may not have been computed here: their owners send them.
 
 use super::columns::visit_columns;
-use super::corner_owners::OwnCorners;
 use super::mesh::{Corner, Numbers};
+use super::owners::OwnCorners;
 use super::supply::ColumnLookup;
-use super::wire::{RankLists, decode_lists, encode_lists};
-use super::{RankMessages, Ranks};
+use super::{RankLists, RankMessages, Ranks};
 use bytemuck::Pod;
 use icoray_grid::{CornerColumns, Error, ErrorKind, Field, OwnedReals, Reals, Result, Shape};
 use std::collections::BTreeMap;
@@ -53,8 +52,7 @@ impl CornerHalo {
             asked.entry(owner as usize).or_default().push(numbers.corner(corner as usize));
             requests.entry(owner as usize).or_default().push(corner);
         }
-        let received = decode_lists::<Corner>(&ranks.exchange(encode_lists(&asked))?);
-        let received = ranks.collective(received)?;
+        let received = ranks.exchange_lists(&asked)?;
         let (mut sends, mut answers) = (RankLists::new(), RankMessages::new());
         for (rank, corners) in received {
             let columns: Vec<Option<u32>> = corners.iter().map(|corner| lookup.corner(corner)).collect();
@@ -94,7 +92,7 @@ impl CornerHalo {
     }
 
     fn exchange_of<S: Pod>(&self, ranks: &mut Ranks, field: &Field, samples: &[S]) -> Result<Vec<S>> {
-        let messages = ranks.attempt(|| {
+        let messages = ranks.collective_work(|| {
             let message = |(rank, columns): (&usize, &Vec<u32>)| {
                 let mut bytes = Vec::new();
                 let columns = columns.iter().map(|column| (*column, 0));
@@ -102,8 +100,7 @@ impl CornerHalo {
                 (*rank, bytes)
             };
             Ok(self.sends.iter().map(message).collect())
-        });
-        let messages = ranks.collective(messages)?;
+        })?;
         let received = ranks.exchange(messages)?;
         let width = field.shape().layers * size_of::<S>();
         let expected = self.receives.iter().map(|(rank, columns)| (*rank, columns * width));

@@ -16,10 +16,6 @@ pub(crate) struct Traced {
     pub counts: Counts,
 }
 
-/// The messages that a rank has received.
-#[derive(Debug)]
-pub(crate) struct ReceivedFragments(RankMessages);
-
 impl Traced {
     /// The messages to the owners of tiles with fragments: of each tile its number (4 bytes) and its fragments. Counts
     /// the bytes of fragments for other ranks.
@@ -38,25 +34,21 @@ impl Traced {
     }
 }
 
-impl ReceivedFragments {
-    /// Exchanges messages with the other ranks. Collective.
-    pub fn exchange(ranks: &mut Ranks, messages: RankMessages) -> Result<Self> {
-        ranks.exchange(messages).map(ReceivedFragments)
-    }
-
-    /// Passes each tile to `give` with the bytes from its fragments on, in order of the ranks that sent them; `give`
-    /// advances the bytes past the tile.
-    pub fn read<'r>(&'r self, mut give: impl FnMut(u32, &mut &'r [u8]) -> Result<()>) -> Result<()> {
-        for bytes in self.0.values() {
-            let mut unread = &bytes[..];
-            while let Some((number, rest)) = unread.split_first_chunk::<4>() {
-                unread = rest;
-                give(u32::from_le_bytes(*number), &mut unread)?;
-            }
-            if !unread.is_empty() {
-                return Err(Error::new(ErrorKind::Mpi, "a message with fragments is cut short"));
-            }
+/// Passes each tile of received [`Traced::messages`] to `give` with the bytes from its fragments on, in order of the ranks
+/// that sent them; `give` advances the bytes past the tile.
+pub(crate) fn read_fragments<'r>(
+    received: &'r RankMessages,
+    mut give: impl FnMut(u32, &mut &'r [u8]) -> Result<()>,
+) -> Result<()> {
+    for bytes in received.values() {
+        let mut unread = &bytes[..];
+        while let Some((number, rest)) = unread.split_first_chunk::<4>() {
+            unread = rest;
+            give(u32::from_le_bytes(*number), &mut unread)?;
         }
-        Ok(())
+        if !unread.is_empty() {
+            return Err(Error::new(ErrorKind::Mpi, "a message with fragments is cut short"));
+        }
     }
+    Ok(())
 }

@@ -1,7 +1,7 @@
 //! The tiles of a frame: their assignment to ranks, their gathering at rank 0, and the broadcast of the outcome.
 
 use super::load_balance::{TileCosts, assign_tiles};
-use super::packed::{self, Sent};
+use super::packed;
 use super::wire::{WireError, decode, encode};
 use super::{NAP, Ranks, Team};
 use crate::raster::{Raster, Tile, Tiling};
@@ -116,9 +116,6 @@ impl Default for GatheredTiles {
 impl Ranks {
     /// Agrees on the cheapest of the qualities that ranks have picked, each for its own part.
     pub(crate) fn agree_on_cheapest(&mut self, mine: Result<Quality>) -> Result<Quality> {
-        if self.team.is_none() {
-            return mine;
-        }
         self.reduce_work(
             || mine,
             |mut cheapest: Quality, other| {
@@ -202,7 +199,7 @@ impl Ranks {
         let mut received = ReceivedTiles::new(share);
         let mut gather_s = 0.0;
         if team.rank() != 0 {
-            let sent = threads.run_with(on_threads, || send(&mut **team, &drawn))?;
+            let sent = threads.run_with(on_threads, || send(team, &drawn))?;
             if sent < share.tiles_of(team.rank()) {
                 team.send(packed::end())?;
             }
@@ -210,11 +207,11 @@ impl Ranks {
                 sleep(NAP);
             }
         } else {
-            threads.run_with(on_threads, || received.take(&mut **team, &drawn))?;
+            threads.run_with(on_threads, || received.take(team, &drawn))?;
             let waiting = Instant::now();
             while !received.are_whole() {
                 team.wait()?;
-                received.take_all(&mut **team)?;
+                received.take_all(team)?;
             }
             gather_s = waiting.elapsed().as_secs_f64();
         }
@@ -274,7 +271,7 @@ impl Ranks {
 }
 
 /// Sends tiles while they are drawn; returns their number.
-fn send(team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<usize> {
+fn send(team: &mut Team, drawn: &Receiver<Tile>) -> Result<usize> {
     let mut sent = 0;
     loop {
         // Only messages in flight need further calls.
@@ -320,7 +317,7 @@ impl<'t> ReceivedTiles<'t> {
     }
 
     /// Collects this rank's tiles while they are drawn, and meanwhile those received from other ranks.
-    fn take(&mut self, team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<()> {
+    fn take(&mut self, team: &mut Team, drawn: &Receiver<Tile>) -> Result<()> {
         loop {
             match drawn.recv_timeout(TICK) {
                 Ok(tile) => self.tiles.push(tile),
@@ -332,17 +329,16 @@ impl<'t> ReceivedTiles<'t> {
     }
 
     /// Collects all messages that have arrived.
-    fn take_all(&mut self, team: &mut dyn Team) -> Result<()> {
+    fn take_all(&mut self, team: &mut Team) -> Result<()> {
         while let Some((rank, bytes)) = team.try_receive()? {
             self.bytes_received += bytes.len() as u64;
             let sent = packed::read(&bytes, rank, self.tiling);
             let missing = self.missing.entry(rank).or_default();
-            let arrived = if matches!(sent, Ok(Sent::End)) { *missing } else { 1.min(*missing) };
+            let arrived = if matches!(sent, Ok(None)) { *missing } else { 1.min(*missing) };
             *missing -= arrived;
             self.all_missing -= arrived;
             match sent {
-                Ok(Sent::Tile(tile)) => self.tiles.push(tile),
-                Ok(Sent::End) => {}
+                Ok(tile) => self.tiles.extend(tile),
                 Err(error) => drop(self.failures.entry(rank).or_insert(error)),
             }
         }

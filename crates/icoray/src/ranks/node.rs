@@ -1,197 +1,232 @@
-//! Memory that the ranks of a node share, so that shared data is stored once.
+//! Memory that the ranks of a node share, so that shared data is stored once: a file in memory that the node's first
+//! rank makes and all of its ranks map, or memory of threads.
 
-use super::Ranks;
-use icoray_grid::{Error, Result};
-use std::collections::BTreeMap;
+use super::local::ThreadMemory;
+use super::{Ranks, Team};
+use icoray_grid::Result;
+use icoray_shared_memory::SharedMemory;
 use std::fmt;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::SystemTime;
+
+/// Environment variable: maximum number of ranks that share memory. 1 disables sharing; fewer than the ranks of a node
+/// give one copy per NUMA domain.
+const NODE_RANKS: &str = "ICORAY_NODE_RANKS";
+
+/// How the ranks of a node share memory.
+pub(super) enum Sharing {
+    /// They do not.
+    Nothing,
+    /// In files that processes map.
+    Files,
+    /// As threads, with what those of this node wrote last. Contents that a thread still reads are not changed, but
+    /// copied.
+    Threads(Arc<Mutex<Arc<Vec<u64>>>>),
+}
+
+enum Memory {
+    /// A rank's own; words, for the alignment.
+    Own(Vec<u64>),
+    File(SharedMemory),
+    Threads(ThreadMemory),
+}
 
 /// Memory of a node. Its ranks write to it together, then read: writes are allowed between [`Self::begin`] and
-/// [`Self::settle`], reads at all other times, and all ranks make both calls together.
-///
-/// # Errors
-/// All methods: [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport itself fails, as of a
-/// [`Team`](super::Team).
-///
-/// # Panics
-/// [`Self::put`] outside of these two or beyond the memory, [`Self::bytes`] between them.
-#[expect(clippy::missing_errors_doc, reason = "the trait has them")]
-pub trait NodeMemory: Send + Sync {
-    /// Waits until all ranks have finished reading.
-    fn begin(&mut self) -> Result<()>;
-
-    /// Writes bytes at offset `at`, which no other rank of the node writes to.
-    fn put(&mut self, at: usize, bytes: &[u8]);
-
-    /// Waits until all ranks have written, and makes their writes visible.
-    fn settle(&mut self) -> Result<()>;
-
-    /// All bytes, aligned to 8 bytes.
-    fn bytes(&self) -> &[u8];
-}
-
-/// Memory of a node, as allocated by a [`Team`](super::Team).
-pub struct NodeShare {
+/// [`Self::settle`], reads at all other times, and all ranks of the team make both calls together.
+pub struct NodeMemory {
+    memory: Memory,
+    bytes: usize,
+    /// Whether any ranks of the team share theirs: then all of them meet before it is written and before it is read.
+    pub(super) is_shared: bool,
     /// The lowest rank of those that share the memory, which identifies them.
     pub leader: usize,
-    /// Whether ranks that could share memory have their own, as sharing failed.
-    pub is_refused: bool,
-    /// The memory.
-    pub memory: Box<dyn NodeMemory>,
-}
-
-impl NodeShare {
-    /// Memory of a rank alone, not shared.
-    pub fn alone(rank: usize, bytes: usize) -> Self {
-        let memory = OwnMemory { words: vec![0; bytes.div_ceil(8)] };
-        NodeShare { leader: rank, is_refused: false, memory: Box::new(memory) }
-    }
-}
-
-impl fmt::Debug for NodeShare {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "memory of the node of rank {}", self.leader)
-    }
-}
-
-/// A rank's own memory.
-struct OwnMemory {
-    /// Words, for the alignment.
-    words: Vec<u64>,
-}
-
-impl NodeMemory for OwnMemory {
-    fn begin(&mut self) -> Result<()> {
-        Ok(())
-    }
-
-    fn put(&mut self, at: usize, bytes: &[u8]) {
-        bytemuck::cast_slice_mut(&mut self.words)[at..at + bytes.len()].copy_from_slice(bytes);
-    }
-
-    fn settle(&mut self) -> Result<()> {
-        Ok(())
-    }
-
-    fn bytes(&self) -> &[u8] {
-        bytemuck::cast_slice(&self.words)
-    }
-}
-
-/// The memory of this rank's node.
-pub(crate) struct Node {
-    pub memory: Box<dyn NodeMemory>,
-    bytes: usize,
-    /// Whether this rank is the lowest of those that share it.
-    is_leader: bool,
     /// Whether the ranks of this node have their own memory although they should share it.
     pub is_refused_here: bool,
     /// Whether those of any node do.
-    pub is_refused: bool,
+    pub(crate) is_refused: bool,
 }
 
-impl Node {
-    /// Memory of `bytes` bytes for rank `rank`; `is_refused` is whether ranks of any node have their own.
-    pub(super) fn new(share: NodeShare, rank: usize, bytes: usize, is_refused: bool) -> Self {
-        let NodeShare { leader, is_refused: is_refused_here, memory } = share;
-        Node { memory, bytes, is_leader: leader == rank, is_refused_here, is_refused }
+impl NodeMemory {
+    /// Memory of a rank alone, not shared.
+    pub(super) fn alone(rank: usize, bytes: usize) -> Self {
+        let memory = Memory::Own(vec![0; bytes.div_ceil(8)]);
+        NodeMemory { memory, bytes, is_shared: false, leader: rank, is_refused_here: false, is_refused: false }
+    }
+
+    fn meet(&self, team: Option<&mut Team>) -> Result<()> {
+        team.filter(|_| self.is_shared).map_or(Ok(()), Team::meet)
+    }
+
+    /// Waits until all ranks have finished reading. `team` is the one that allocated it.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
+    pub fn begin(&mut self, team: Option<&mut Team>) -> Result<()> {
+        match &mut self.memory {
+            Memory::Own(_) => {}
+            Memory::File(memory) => memory.begin(),
+            Memory::Threads(memory) => memory.begin(),
+        }
+        // No rank that is here holds a slice of it, as this borrows it mutably.
+        self.meet(team)
+    }
+
+    /// Writes bytes at offset `at`, which no other rank of the node writes to.
+    ///
+    /// # Panics
+    /// Outside of [`Self::begin`] and [`Self::settle`], or beyond the memory.
+    pub fn put(&mut self, at: usize, bytes: &[u8]) {
+        match &mut self.memory {
+            Memory::Own(words) => bytemuck::cast_slice_mut(words)[at..at + bytes.len()].copy_from_slice(bytes),
+            Memory::File(memory) => memory.put(at, bytes),
+            Memory::Threads(memory) => memory.put(at, bytes),
+        }
+    }
+
+    /// Waits until all ranks have written, and makes their writes visible. `team` is the one that allocated it.
+    ///
+    /// # Errors
+    /// As [`Self::begin`].
+    pub fn settle(&mut self, team: Option<&mut Team>) -> Result<()> {
+        let met = self.meet(team);
+        match &mut self.memory {
+            Memory::Own(_) => {}
+            Memory::File(memory) => memory.settle(),
+            Memory::Threads(memory) => memory.settle(),
+        }
+        met
+    }
+
+    /// All bytes, aligned to 8 bytes.
+    ///
+    /// # Panics
+    /// Between [`Self::begin`] and [`Self::settle`].
+    pub fn bytes(&self) -> &[u8] {
+        match &self.memory {
+            Memory::Own(words) => bytemuck::cast_slice(words),
+            Memory::File(memory) => memory.bytes(),
+            Memory::Threads(memory) => memory.bytes(),
+        }
     }
 
     /// The leader's `write` puts bytes at offsets; the others read them afterwards. Collective.
-    pub fn write(
+    pub(super) fn write(
         &mut self,
         ranks: &mut Ranks,
         write: impl FnOnce(&mut dyn FnMut(usize, &[u8])) -> Result<()>,
     ) -> Result<()> {
-        self.memory.begin()?;
-        let memory = &mut self.memory;
-        let written =
-            ranks.attempt(|| if self.is_leader { write(&mut |at, bytes| memory.put(at, bytes)) } else { Ok(()) });
-        self.memory.settle()?;
+        self.begin(ranks.team.as_mut())?;
+        let is_leader = self.leader == ranks.rank();
+        let written = ranks.attempt(|| if is_leader { write(&mut |at, bytes| self.put(at, bytes)) } else { Ok(()) });
+        self.settle(ranks.team.as_mut())?;
         ranks.collective(written)
     }
 }
 
-/// Memory of nodes that was lent and returned, by the numbers under which it was lent.
-#[derive(Default)]
-pub(super) struct Returned(Arc<Mutex<BTreeMap<u64, Node>>>);
-
-impl Returned {
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<u64, Node>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+impl fmt::Debug for NodeMemory {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} bytes of the node of rank {}", self.bytes, self.leader)
     }
 }
 
-/// Memory of a node that is lent until this is dropped, at any time and on any thread.
-pub(crate) struct LentNode {
-    number: u64,
-    node: Option<Node>,
-    returned: Returned,
-}
-
-impl LentNode {
-    /// All bytes of the memory.
-    pub fn bytes(&self) -> &[u8] {
-        self.node.as_ref().map_or(&[], |node| node.memory.bytes())
+impl Team {
+    /// The ranks that share memory with this one, this one included, in rising order: all ranks of the node, or as many
+    /// as the environment sets. Collective.
+    pub(super) fn memory_mates(&mut self) -> Result<Vec<usize>> {
+        let group = match self.sharing {
+            Sharing::Nothing => return Ok(vec![self.rank()]),
+            Sharing::Threads(_) => 0,
+            Sharing::Files => {
+                let most = std::env::var(NODE_RANKS).ok().and_then(|most| most.parse::<usize>().ok());
+                self.node_rank() / most.filter(|most| *most > 0).unwrap_or(usize::MAX)
+            }
+        };
+        self.find_group(self.node_leader(), group)
     }
-}
 
-impl Drop for LentNode {
-    fn drop(&mut self) {
-        self.returned.lock().extend(self.node.take().map(|node| (self.number, node)));
+    /// Allocates `bytes` bytes of memory for each node, equal on all ranks. If memory cannot be shared, each rank has
+    /// its own. Collective.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
+    pub fn node(&mut self, bytes: usize) -> Result<NodeMemory> {
+        let (leader, own) = (self.node_leader(), NodeMemory::alone(self.rank(), bytes));
+        match &self.sharing {
+            Sharing::Nothing => Ok(own),
+            Sharing::Threads(written) => {
+                let memory = Memory::Threads(ThreadMemory::new(Arc::clone(written), bytes));
+                Ok(NodeMemory { memory, leader, is_shared: true, ..own })
+            }
+            Sharing::Files => {
+                let members = self.memory_mates()?;
+                let (mapped, is_shared) = self.mapped(&members, bytes)?;
+                Ok(match mapped.map(Memory::File) {
+                    Some(memory) => NodeMemory { memory, leader: members[0], is_shared, ..own },
+                    None => NodeMemory { is_shared, is_refused_here: members.len() > 1, ..own },
+                })
+            }
+        }
+    }
+
+    /// Memory that these ranks have mapped, `None` on all of them if one of them cannot; and whether any ranks of the
+    /// team have mapped memory. Collective.
+    fn mapped(&mut self, members: &[usize], bytes: usize) -> Result<(Option<SharedMemory>, bool)> {
+        static NUMBER: AtomicU64 = AtomicU64::new(0);
+        // A name that no other process gives.
+        let time = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default().as_nanos();
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let name = format!("icoray-{}-{number}-{time:x}", std::process::id());
+        let makes = members[0] == self.rank() && members.len() > 1;
+        let made = if makes { SharedMemory::create(&name, bytes).ok() } else { None };
+        let mapped = self.mapped_with(made, &name, members, bytes);
+        if makes {
+            SharedMemory::remove(&name);
+        }
+        mapped
+    }
+
+    /// As [`Self::mapped`], where the first of these ranks has made memory of this name, if it can.
+    fn mapped_with(
+        &mut self,
+        made: Option<SharedMemory>,
+        name: &str,
+        members: &[usize],
+        bytes: usize,
+    ) -> Result<(Option<SharedMemory>, bool)> {
+        let names = self.share_among(members, made.as_ref().map_or_else(Vec::new, |_| name.into()))?;
+        let of_leader = String::from_utf8_lossy(&names[0]);
+        let opened = || (!of_leader.is_empty()).then(|| SharedMemory::open(&of_leader, bytes).ok()).flatten();
+        let memory = made.or_else(opened);
+        let place = members.iter().take_while(|member| **member < self.rank()).count();
+        let memory = memory.filter(|memory| memory.populate(place, members.len()).is_ok());
+        let is_mapped = self.share_among(members, vec![u8::from(memory.is_some())])?;
+        let memory = memory.filter(|_| is_mapped.iter().all(|is_mapped| *is_mapped == [1]));
+        let is_any_mapped =
+            self.reduce(is_mapped.concat(), &|a, b| Ok(vec![u8::from([a, b].concat().contains(&1))]))?;
+        Ok((memory, self.broadcast(is_any_mapped)?.contains(&1)))
     }
 }
 
 impl Ranks {
-    /// Lends memory whose contents outlive frames; it can be used again once all ranks have dropped it. Collective.
-    pub(crate) fn lend(&mut self, node: Node) -> LentNode {
-        self.lent += 1;
-        LentNode { number: self.lent, node: Some(node), returned: Returned(Arc::clone(&self.returned.0)) }
-    }
-
-    /// Takes back lent memory that all ranks have dropped. Collective.
-    pub(crate) fn reclaim(&mut self) -> Result<()> {
-        let mine: Vec<u64> = self.returned.lock().keys().copied().collect();
-        let both = |mut a: Vec<u64>, b: Vec<u64>| {
-            a.retain(|number| b.contains(number));
-            a
-        };
-        for number in self.reduce_values(mine, both)? {
-            let node = self.returned.lock().remove(&number);
-            self.nodes.extend(node);
-        }
-        Ok(())
-    }
-
     /// The memory of this rank's node, of at least `bytes` bytes, equal on all ranks; to be returned to
     /// [`Self::keep_node`], for the next frame. Collective.
-    pub(crate) fn take_node(&mut self, bytes: usize) -> Result<Node> {
+    pub(crate) fn take_node(&mut self, bytes: usize) -> Result<NodeMemory> {
         let fitting = self.nodes.iter().enumerate().filter(|(_, node)| node.bytes >= bytes);
         if let Some((at, _)) = fitting.min_by_key(|(_, node)| node.bytes) {
             return Ok(self.nodes.remove(at));
         }
         // Free memory that is too small before the next allocation.
         self.nodes.clear();
-        let rank = self.rank();
-        let made = match &mut self.team {
-            Some(team) => team.node(bytes),
-            None => Ok(NodeShare::alone(rank, bytes)),
-        };
-        let agreed = self.collective(made.as_ref().map(drop).map_err(Error::clone));
-        let share = match agreed {
-            Ok(()) => made?,
-            Err(error) => {
-                // Freeing it may be collective, and some ranks have no memory.
-                std::mem::forget(made);
-                return Err(error);
-            }
-        };
-        let is_refused = self.reduce_values(share.is_refused, |a, b| a || b)?;
-        Ok(Node::new(share, rank, bytes, is_refused))
+        let Some(team) = &mut self.team else { return Ok(NodeMemory::alone(0, bytes)) };
+        let made = team.node(bytes);
+        let node = self.collective(made)?;
+        let is_refused = self.reduce_values(node.is_refused_here, |a, b| a || b)?;
+        Ok(NodeMemory { is_refused, ..node })
     }
 
     /// Stores the memory for the next frame.
-    pub(crate) fn keep_node(&mut self, node: Node) {
+    pub(crate) fn keep_node(&mut self, node: NodeMemory) {
         self.nodes.push(node);
     }
 }

@@ -1,7 +1,7 @@
 //! Whole fields in the memory of a node.
 
-use super::columns::NodeGrid;
-use super::{Node, Part, Ranks};
+use super::mesh::NodeGrid;
+use super::{NodeMemory, Part, Ranks};
 use crate::fields::Fields;
 use icoray_grid::{Error, ErrorKind, Field, Grid, Location, Reals, Result, Shape};
 use std::sync::Arc;
@@ -45,9 +45,35 @@ impl Stored {
     }
 }
 
+/// A field of which each rank has some columns, and the place of the gathered field.
+pub(super) struct GatherTarget<'f> {
+    /// This rank's columns.
+    pub field: Field<'f>,
+    /// The gathered field.
+    pub whole: Stored,
+}
+
+impl GatherTarget<'_> {
+    /// The layout, which must be equal on all ranks: otherwise they would overwrite each other's columns.
+    pub fn facts(&self) -> [(&'static str, String); 3] {
+        let (name, bits) = (display_name(&self.whole.name), if self.whole.is_f64 { 64 } else { 32 });
+        let place = if self.field.location() == Location::Corner { "corners" } else { "centres" };
+        [
+            ("has", format!("{name} of {} layers of {bits} bits", self.whole.layers)),
+            ("has", format!("{name} at {place}")),
+            ("has", format!("{name} with missing values marked by {:?}", self.field.fill())),
+        ]
+    }
+}
+
+/// The name of a field, or of the heights, in messages.
+pub(super) fn display_name(name: &Option<String>) -> String {
+    name.as_ref().map_or("heights".into(), |name| format!("{name:?}"))
+}
+
 /// Whole fields, and heights if there are any, that the ranks of a node have gathered in its memory.
 pub(crate) struct NodeFields {
-    pub node: Node,
+    pub node: NodeMemory,
     /// The grid of the fields if ranks have parts.
     pub grid: Option<Arc<NodeGrid>>,
     pub stored: Vec<Stored>,
@@ -69,7 +95,7 @@ impl NodeFields {
     pub fn fields(&self) -> Result<Fields<'_>> {
         let (mut named, mut heights) = (Vec::new(), None);
         for stored in &self.stored {
-            let field = stored.field(self.node.memory.bytes())?;
+            let field = stored.field(self.node.bytes())?;
             match &stored.name {
                 Some(name) => named.push((name.as_str(), field)),
                 None => heights = Some(field),

@@ -4,9 +4,8 @@
 //! the cell or corner in their halo look up. So no rank ever stores numbers of the whole grid, and ranks whose cells have
 //! close numbers, as models give them, exchange few messages.
 
-use super::cells::{ColumnKind, NONE, Numbered, PartCells};
-use super::wire::{RankLists, decode_lists, encode_lists};
-use super::{Ranks, bad};
+use super::cells::{ColumnKind, NONE, Numbered, PartCells, PartCorners};
+use super::{RankLists, Ranks, bad};
 use icoray_grid::{Error, ErrorKind, Grid, Result};
 use std::collections::{BTreeMap, HashMap};
 
@@ -21,8 +20,7 @@ pub(super) struct CellOwners {
 impl CellOwners {
     /// Agrees on the owner of each cell, which has all triangles around it. Collective; `grid` is this rank's own.
     pub fn agree(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
-        let numbered = ranks.attempt(|| read(grid, cells));
-        let numbered = ranks.collective(numbered)?;
+        let numbered = ranks.collective_work(|| read(grid, cells))?;
         let (rows, base) = (0..grid.cells(), i64::from(grid.tables().index_base));
         let own = rows.clone().filter(|cell| numbered.is_own[*cell]).map(|cell| numbered.global[cell]);
         let wanted: Vec<usize> = rows.filter(|cell| numbered.global[*cell] != NONE).collect();
@@ -36,10 +34,48 @@ impl CellOwners {
     }
 }
 
+/// The numbers of the corners of this rank's tables, and marks of its own ones.
+pub(super) struct OwnCorners {
+    numbered: Numbered,
+    base: i64,
+}
+
+impl OwnCorners {
+    /// Reads `corners`, a row for each corner of `grid`; `None` where no rank has numbered its corners. Collective.
+    pub fn read(ranks: &mut Ranks, grid: &Grid, corners: Option<&PartCorners>) -> Result<Option<Self>> {
+        if !ranks.reduce_values(corners.is_some(), |a, b| a || b)? {
+            return Ok(None);
+        }
+        let numbered = ranks.collective_work(|| match corners {
+            Some(corners) => Numbered::of_part(ColumnKind::Corner, corners.global, corners.owned, grid),
+            None if grid.triangles() == 0 => Ok(Numbered::default()),
+            None => Err(bad("corner_global: missing here and given on other ranks, expected on all or none".into())),
+        })?;
+        Ok(Some(OwnCorners { numbered, base: i64::from(grid.tables().index_base) }))
+    }
+
+    /// The number of each corner, counted from 0.
+    pub fn numbers(&self) -> &[u64] {
+        &self.numbered.global
+    }
+
+    /// The owner of each of the `wanted` corners. Collective.
+    ///
+    /// # Errors
+    /// Equal on all ranks: [`ErrorKind::Grid`] if two ranks own a corner, or none owns
+    /// one that is wanted.
+    pub fn find_owners(&self, ranks: &mut Ranks, wanted: &[u64]) -> Result<Vec<u32>> {
+        let marked = self.numbered.global.iter().zip(&self.numbered.is_own);
+        let own = marked.filter(|(_, is_own)| **is_own).map(|(number, _)| *number);
+        let nobodys = |_, corner| format!("{corner} is owned by no rank, expected one owner");
+        find_owners(ranks, (ColumnKind::Corner, self.base), own, wanted, nobodys)
+    }
+}
+
 /// Reads the numbers and marks of cells, and checks that all cells of triangles have numbers.
 fn read(grid: &Grid, cells: &PartCells) -> Result<Numbered> {
     let base = i64::from(grid.tables().index_base);
-    let numbered = cells.read(grid.cells(), base)?;
+    let numbered = Numbered::of_part(ColumnKind::Cell, cells.global, cells.owned, grid)?;
     let is_missing = |cell: &u32| numbered.global[*cell as usize] == NONE;
     if let Some(cell) = triangles(grid).flatten().find(is_missing) {
         let (row, none) = (i64::from(cell) + base, base - 1);
@@ -76,15 +112,15 @@ pub(super) fn find_owners(
     let (size, kept) = (ranks.size() as u64, (last - first) / ranks.size() as u64 + 1);
     // Numbers that no rank owns may be outside of the range.
     let keeper = |number: u64| (number.saturating_sub(first) / kept).min(size - 1) as usize;
-    let (mut registered, mut requested) = (RankLists::new(), RankLists::new());
+    let (mut registered, mut requested) = (RankLists::<u64>::new(), RankLists::<u64>::new());
     own.into_iter().for_each(|number| registered.entry(keeper(number)).or_default().push(number));
     wanted.iter().for_each(|number| requested.entry(keeper(*number)).or_default().push(*number));
-    let registered = ranks.exchange(encode_lists(&registered))?;
-    let requested = ranks.exchange(encode_lists(&requested))?;
+    let registered = ranks.exchange_lists(&registered)?;
+    let requested = ranks.exchange_lists(&requested)?;
     let name = |number: u64| format!("{} {}", kind.name(), number as i64 + base);
-    let answers = ranks.attempt(|| {
+    let answers = ranks.collective_work(|| {
         let mut owner = HashMap::new();
-        for (rank, numbers) in decode_lists::<u64>(&registered)? {
+        for (rank, numbers) in registered {
             for number in numbers {
                 if let Some(other) = owner.insert(number, rank as u32) {
                     let what = name(number);
@@ -97,18 +133,16 @@ pub(super) fn find_owners(
         let of_rank = |(rank, numbers): (usize, Vec<u64>)| {
             Ok((rank, numbers.into_iter().map(|number| owner_of(rank, number)).collect::<Result<_>>()?))
         };
-        decode_lists::<u64>(&requested)?.into_iter().map(of_rank).collect::<Result<RankLists<u32>>>()
-    });
-    let answers = ranks.collective(answers)?;
-    let received = ranks.exchange(encode_lists(&answers))?;
-    let owners = ranks.attempt(|| {
-        let answers = decode_lists::<u32>(&received)?.into_iter();
-        let mut answers: BTreeMap<_, _> = answers.map(|(rank, owners)| (rank, owners.into_iter())).collect();
+        requested.into_iter().map(of_rank).collect::<Result<RankLists<u32>>>()
+    })?;
+    let received = ranks.exchange_lists(&answers)?;
+    ranks.collective_work(|| {
+        let mut answers: BTreeMap<_, _> =
+            received.into_iter().map(|(rank, owners)| (rank, owners.into_iter())).collect();
         let cut = || Error::new(ErrorKind::Mpi, format!("owners of {}s are cut short", kind.name()));
         let mut next = |rank| answers.get_mut(&rank).and_then(Iterator::next).ok_or_else(cut);
         wanted.iter().map(|number| next(keeper(*number))).collect()
-    });
-    ranks.collective(owners)
+    })
 }
 
 /// Checks that each owner has all triangles around its cells that other ranks have in their halos. Collective.
@@ -119,11 +153,11 @@ fn check_halos(ranks: &mut Ranks, grid: &Grid, Numbered { global, is_own }: &Num
     for cell in (0..grid.cells()).filter(|cell| !is_own[*cell] && global[*cell] != NONE) {
         halo.entry(owner[cell] as usize).or_default().push((global[cell], around[cell]));
     }
-    let received = ranks.exchange(encode_lists(&halo))?;
-    let checked = ranks.attempt(|| {
+    let received = ranks.exchange_lists(&halo)?;
+    ranks.collective_work(|| {
         let own = (0..grid.cells()).filter(|cell| is_own[*cell]).map(|cell| (global[cell], around[cell]));
         let own: HashMap<u64, u32> = own.collect();
-        for (rank, halo) in decode_lists::<(u64, u32)>(&received)? {
+        for (rank, halo) in received {
             for (number, seen) in halo {
                 let here = own.get(&number).copied();
                 let here = here.ok_or_else(|| Error::new(ErrorKind::Internal, format!("cell {number} is not here")))?;
@@ -137,6 +171,5 @@ fn check_halos(ranks: &mut Ranks, grid: &Grid, Numbered { global, is_own }: &Num
             }
         }
         Ok(())
-    });
-    ranks.collective(checked)
+    })
 }

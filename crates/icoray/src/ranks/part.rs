@@ -7,10 +7,9 @@
 //!
 //! Gradients and averages of halo cells, whose neighbours a node may not have, come from their owners.
 
-use super::Ranks;
 use super::mesh::NodeMesh;
-use super::nodes::Nodes;
-use super::wire::{RankLists, decode_lists, encode_lists};
+use super::node_ranks::NodeRanks;
+use super::{RankLists, Ranks};
 use crate::device::OwnedColumns;
 use crate::ranges::union;
 use bytemuck::Pod;
@@ -34,17 +33,16 @@ pub(crate) struct Part {
     receives: CellsOfRanks,
     covered: f64,
     cells: u64,
-    /// The ranks that share this part, in rising order, and this rank's index among them.
-    mates: Vec<usize>,
-    place: usize,
+    /// The ranks that share this part.
+    node: NodeRanks,
 }
 
 impl Part {
     /// The part that the ranks of a node share. Collective.
-    pub(super) fn of_node(ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<Self> {
-        let owns_cell = mesh.owner.iter().map(|owner| nodes.is_mate(*owner as usize)).collect();
-        let partners = node_partners(ranks, mesh, nodes)?;
-        Part::of_mates(ranks, mesh.grid, mesh.global.to_vec(), owns_cell, partners, nodes.mates().to_vec())
+    pub(super) fn of_node(ranks: &mut Ranks, mesh: &NodeMesh, node: &NodeRanks) -> Result<Self> {
+        let owns_cell = mesh.owner.iter().map(|owner| node.is_mate(*owner as usize)).collect();
+        let partners = node_partners(ranks, mesh, node)?;
+        Part::of_mates(ranks, mesh.grid, mesh.global.to_vec(), owns_cell, partners, node.clone())
     }
 
     /// The share of this rank in a grid that every rank has whole: a range of rows. Collective.
@@ -56,10 +54,10 @@ impl Part {
         let owns_cell = (0..grid.cells()).map(|cell| cell * size / grid.cells() == rank).collect();
         // It has all that gradients and averages of halo cells are computed from.
         let (numbers, none) = ((0..grid.cells() as u64).collect(), Default::default());
-        Part::of_mates(ranks, grid, numbers, owns_cell, none, vec![rank])
+        Part::of_mates(ranks, grid, numbers, owns_cell, none, NodeRanks::alone(rank))
     }
 
-    /// The part of `grid` whose cells have these numbers, which rise, shared by `mates`; `sends` and `receives` are the
+    /// The part of `grid` whose cells have these numbers, which rise, shared by `node`; `sends` and `receives` are the
     /// cells of its halo exchange. Collective.
     fn of_mates(
         ranks: &mut Ranks,
@@ -67,9 +65,8 @@ impl Part {
         numbers: Vec<u64>,
         owns_cell: Vec<bool>,
         (sends, receives): (CellsOfRanks, CellsOfRanks),
-        mates: Vec<usize>,
+        node: NodeRanks,
     ) -> Result<Self> {
-        let rank = ranks.rank();
         let lowest = |triangle: u32| grid.triangle(triangle).into_iter().min().unwrap_or(0);
         let owns = |triangle: u32| grid.is_triangle(triangle) && owns_cell[lowest(triangle) as usize];
         let owns_triangle = (0..grid.triangles() as u32).map(owns).collect();
@@ -81,8 +78,7 @@ impl Part {
             receives,
             covered: 0.0,
             cells: 0,
-            place: mates.iter().position(|mate| *mate == rank).unwrap_or(0),
-            mates,
+            node,
         };
         part.with_totals(ranks, grid)
     }
@@ -97,19 +93,14 @@ impl Part {
         self.covered
     }
 
-    /// The ranks that share this part, in rising order.
-    pub fn mates(&self) -> &[usize] {
-        &self.mates
-    }
-
-    /// This rank's index among them.
-    pub fn place(&self) -> usize {
-        self.place
+    /// The ranks that share this part.
+    pub fn node(&self) -> &NodeRanks {
+        &self.node
     }
 
     /// Whether this rank counts a cell in sums over all ranks: exactly one rank counts each cell.
     pub fn counts(&self, cell: usize) -> bool {
-        self.owns_cell[cell] && cell % self.mates.len() == self.place
+        self.owns_cell[cell] && self.node.has_share(cell)
     }
 
     /// A cell's number in the whole grid, from 0.
@@ -119,7 +110,7 @@ impl Part {
 
     /// As [`Self::counts`], for a triangle; false for numbers out of range.
     pub fn counts_triangle(&self, triangle: u32) -> bool {
-        self.has(triangle) && triangle as usize % self.mates.len() == self.place
+        self.has(triangle) && self.node.has_share(triangle as usize)
     }
 
     /// Whether a cell is this part's own.
@@ -196,7 +187,7 @@ impl Part {
 
     /// Sums the own cells and the areas of own triangles over all ranks, each part once. Collective.
     fn with_totals(mut self, ranks: &mut Ranks, grid: &Grid) -> Result<Self> {
-        let mine = if self.place == 0 { self.extent(grid) } else { (1.0, 0.0, 0) };
+        let mine = if self.node.is_leader() { self.extent(grid) } else { (1.0, 0.0, 0) };
         let both = |a: (f64, f64, u64), b: (f64, f64, u64)| (a.0.min(b.0), a.1 + b.1, a.2 + b.2);
         let (lowest_facet, area, cells) = ranks.reduce_values(mine, both)?;
         self.region.lower_facet(lowest_facet);
@@ -221,10 +212,10 @@ impl Part {
 
 /// For each rank of another node, the own cells whose values it needs and the cells whose values it sends: each rank
 /// exchanges with its partner on each other node. Collective.
-fn node_partners(ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<(CellsOfRanks, CellsOfRanks)> {
+fn node_partners(ranks: &mut Ranks, mesh: &NodeMesh, node: &NodeRanks) -> Result<(CellsOfRanks, CellsOfRanks)> {
     let (mut requests, mut receives) = (RankLists::new(), RankLists::new());
     let owners = mesh.owner.iter().map(|owner| *owner as usize);
-    let partners = nodes.partners(ranks, &owners.clone().filter(|owner| !nodes.is_mate(*owner)).collect())?;
+    let partners = node.partners(ranks, &owners.clone().filter(|owner| !node.is_mate(*owner)).collect())?;
     for (row, owner) in (0u32..).zip(owners) {
         // This rank's own node has no partner.
         if let Some(partner) = partners.get(&owner) {
@@ -232,13 +223,10 @@ fn node_partners(ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<(C
             receives.entry(*partner).or_default().push(row);
         }
     }
-    let received = ranks.exchange(encode_lists(&requests))?;
+    let requests = ranks.exchange_lists(&requests)?;
     let row = |cell: u64| {
         mesh.row(cell).ok_or_else(|| Error::new(ErrorKind::Internal, format!("cell {cell} is not on this node")))
     };
-    let sends = ranks.attempt(|| {
-        let requests = decode_lists(&received)?.into_iter();
-        requests.map(|(rank, cells)| Ok((rank, cells.into_iter().map(row).collect::<Result<_>>()?))).collect()
-    });
-    Ok((ranks.collective(sends)?, receives))
+    let rows = |(rank, cells): (usize, Vec<u64>)| Ok((rank, cells.into_iter().map(row).collect::<Result<_>>()?));
+    Ok((ranks.collective_work(|| requests.into_iter().map(rows).collect())?, receives))
 }

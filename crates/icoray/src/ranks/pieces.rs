@@ -1,6 +1,6 @@
 //! Messages of any length over transports that count their bytes in 32 bits.
 
-use super::tree::Message;
+use super::team::Message;
 use super::wire::{WireError, decode, encode};
 use icoray_grid::{Error, ErrorKind, Result};
 use std::collections::BTreeMap;

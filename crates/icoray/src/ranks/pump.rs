@@ -1,15 +1,15 @@
 //! Ranks whose collective calls are made on another thread than their messages.
 //!
-//! A [`PumpedTeam`] is the team of a thread that must not call the transport (MPI allows one thread only). Its messages
+//! A pumped team is that of a thread that must not call the transport (MPI allows one thread only). Its messages
 //! lie in a channel until the thread that owns the transport moves them on, by calls of [`MessagePump::pump`] that
 //! return at once; received ones return through another channel.
 
-use super::NAP;
-use super::communicator_team::pause;
+use super::messages::{Messages, gone};
+use super::node::Sharing;
 use super::pieces::Addressed;
-use super::tree::Tree;
+use super::{NAP, Team};
 use crossbeam_channel::{Receiver, Sender, TryRecvError, unbounded};
-use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{Error, Result};
 use std::thread::{sleep, yield_now};
 use std::time::{Duration, Instant};
 
@@ -18,74 +18,20 @@ const LONGEST: Duration = Duration::from_micros(500);
 /// The time without any message after which it returns.
 const QUIET: Duration = Duration::from_micros(100);
 
-/// Messages between ranks, in calls that return at once. Messages from one rank to another arrive in order.
-///
-/// # Errors
-/// All methods: [`ErrorKind::Mpi`] when the transport itself fails. Then it is unusable.
-#[expect(clippy::missing_errors_doc, reason = "the trait has them")]
-pub trait Messages: Send {
-    /// This process's number, from 0.
-    fn rank(&self) -> usize;
-
-    /// Number of processes, at least 1.
-    fn size(&self) -> usize;
-
-    /// Whether ranks can be reached no more. Not collective.
-    fn is_gone(&self) -> bool {
-        false
+impl Team {
+    /// A team of the same ranks for another thread, and the pump that moves its messages. Collective; so is dropping the
+    /// pump, unless ranks are gone or the team was given up.
+    pub(crate) fn pumped(&mut self) -> Result<(Team, MessagePump)> {
+        let transport = self.point_to_point()?;
+        let ((outbox, to_send), (inbox, received)) = (unbounded(), unbounded());
+        let pump = MessagePump { transport, to_send, inbox: Some(inbox) };
+        Ok((Team::new(Box::new(Mailbox { outbox, inbox: received }), self.place, Sharing::Nothing), pump))
     }
-
-    /// Starts to send a message of at most 2^31 - 1 bytes to another rank.
-    fn send(&mut self, to: usize, bytes: Vec<u8>) -> Result<()>;
-
-    /// Progresses the messages that this rank is sending; returns whether all are sent.
-    fn is_sent(&mut self) -> Result<bool>;
-
-    /// A message that has arrived, with the number of the rank that sent it.
-    fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>>;
-
-    /// As [`Self::try_receive`], after waiting for a message.
-    fn receive(&mut self) -> Result<(usize, Vec<u8>)> {
-        let start = Instant::now();
-        loop {
-            if let Some(message) = self.try_receive()? {
-                return Ok(message);
-            }
-            if self.is_gone() {
-                return Err(gone());
-            }
-            pause(start);
-        }
-    }
-}
-
-/// Messages between ranks that can meet.
-pub trait PointToPoint: Messages {
-    /// Whether all ranks have called this since it last returned true. Called again until it does.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Mpi`] when the transport itself fails.
-    fn try_meet(&mut self) -> Result<bool>;
-}
-
-/// Returns a team for another thread, and the pump that moves its messages over `transport`. `node_rank` is this
-/// process's number on its node.
-pub(crate) fn pumped(transport: Box<dyn PointToPoint>, node_rank: usize) -> (PumpedTeam, MessagePump) {
-    let ((outbox, to_send), (inbox, received)) = (unbounded(), unbounded());
-    let (rank, size) = (transport.rank(), transport.size());
-    let mailbox = Mailbox { rank, size, outbox, inbox: received };
-    let pump = MessagePump { transport, to_send, inbox: Some(inbox) };
-    (Tree::new(mailbox, node_rank), pump)
-}
-
-/// The error of a call after MPI was finalised or a rank has left.
-pub(super) fn gone() -> Error {
-    Error::new(ErrorKind::Mpi, "ranks cannot be reached any more")
 }
 
 /// The transport's end of the channels.
 pub(crate) struct MessagePump {
-    transport: Box<dyn PointToPoint>,
+    transport: Box<dyn Messages>,
     to_send: Receiver<Addressed>,
     /// `None` once ranks cannot be reached any more.
     inbox: Option<Sender<Result<Addressed>>>,
@@ -159,12 +105,12 @@ impl MessagePump {
 
 impl std::fmt::Debug for MessagePump {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "pump of rank {} of {}", self.transport.rank(), self.transport.size())
+        f.debug_struct("MessagePump").finish_non_exhaustive()
     }
 }
 
 fn turn(
-    transport: &mut dyn PointToPoint,
+    transport: &mut dyn Messages,
     to_send: &Receiver<Addressed>,
     inbox: &Sender<Result<Addressed>>,
 ) -> Result<bool> {
@@ -187,28 +133,14 @@ fn turn(
 
 /// The team's end of the channels.
 #[derive(Debug)]
-pub(crate) struct Mailbox {
-    rank: usize,
-    size: usize,
+struct Mailbox {
     outbox: Sender<Addressed>,
     inbox: Receiver<Result<Addressed>>,
 }
 
 impl Messages for Mailbox {
-    fn rank(&self) -> usize {
-        self.rank
-    }
-
-    fn size(&self) -> usize {
-        self.size
-    }
-
     fn send(&mut self, to: usize, bytes: Vec<u8>) -> Result<()> {
         self.outbox.send((to, bytes)).map_err(|_| gone())
-    }
-
-    fn is_sent(&mut self) -> Result<bool> {
-        Ok(true)
     }
 
     fn try_receive(&mut self) -> Result<Option<Addressed>> {
@@ -223,9 +155,6 @@ impl Messages for Mailbox {
         self.inbox.recv().map_err(|_| gone())?
     }
 }
-
-/// A team whose messages a [`MessagePump`] moves.
-pub(crate) type PumpedTeam = Tree<Mailbox>;
 
 #[cfg(test)]
 mod tests;

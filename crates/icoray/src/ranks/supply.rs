@@ -1,10 +1,9 @@
 //! Selects the columns of a field that each rank writes to its node's memory, and those that it sends to other nodes.
 
-use super::corner_owners::OwnCorners;
 use super::mesh::{Corner, CornerKey, NodeMesh, Numbers};
-use super::nodes::Nodes;
-use super::wire::{RankLists, decode_lists, encode_lists};
-use super::{RankMessages, Ranks, bad};
+use super::node_ranks::NodeRanks;
+use super::owners::OwnCorners;
+use super::{RankLists, RankMessages, Ranks, bad};
 use icoray_grid::grid::unit_vector;
 use icoray_grid::{LonLat, Result};
 use std::collections::HashMap;
@@ -24,11 +23,11 @@ pub(super) struct Supply {
     pub rows: usize,
     /// Own columns, for this rank's node.
     pub own: Rows,
-    /// Own columns for other nodes, by the rank that receives them there.
+    /// Own columns for other node, by the rank that receives them there.
     pub others: HashMap<usize, Rows>,
-    /// Maxima over the ranks: length of the list of own columns, length of a list for another node, rows of a node, and
-    /// ranks of other nodes that receive columns.
-    max: [usize; 4],
+    /// Maxima over the ranks: own columns, columns for a rank of another node, rows of a node, and ranks of other nodes
+    /// that receive columns.
+    pub max: [usize; 4],
 }
 
 impl Supply {
@@ -43,11 +42,11 @@ impl Supply {
         ranks: &mut Ranks,
         (numbers, lookup): (&Numbers, &ColumnLookup),
         mesh: &NodeMesh,
-        nodes: &Nodes,
+        node: &NodeRanks,
         own_corners: Option<&OwnCorners>,
     ) -> Result<[Self; 2]> {
-        let center = lookup.cells_for(ranks, numbers, mesh, nodes)?;
-        let corner = lookup.corners_for(ranks, mesh, nodes, own_corners)?;
+        let center = lookup.cells_for(ranks, numbers, mesh, node)?;
+        let corner = lookup.corners_for(ranks, mesh, node, own_corners)?;
         let grid = numbers.grid;
         let center = Supply { count: grid.cells(), rows: mesh.global.len(), ..center };
         let corner = Supply { count: grid.triangles(), rows: mesh.corners.len(), ..corner };
@@ -56,8 +55,8 @@ impl Supply {
     }
 
     /// Adds a column for the node of `rank`, which asks for it.
-    fn add(&mut self, nodes: &Nodes, rank: usize, column: u32, row: u32) {
-        match nodes.is_mate(rank) {
+    fn add(&mut self, node: &NodeRanks, rank: usize, column: u32, row: u32) {
+        match node.is_mate(rank) {
             true => self.own.push((column, row)),
             false => self.others.entry(rank).or_default().push((column, row)),
         }
@@ -68,22 +67,6 @@ impl Supply {
         let counts = [self.own.len(), others, self.rows, receivers];
         self.max = ranks.reduce_values(counts, |a, b| std::array::from_fn(|k| a[k].max(b[k])))?;
         Ok(self)
-    }
-
-    /// The maximum number of columns that one rank sends to another: includes its own columns if ranks of a node do not
-    /// share memory.
-    pub fn max_sent(&self, sends_own: bool) -> usize {
-        if sends_own { self.max[0] } else { self.max[1] }
-    }
-
-    /// The maximum number of rows of a node.
-    pub fn max_rows(&self) -> usize {
-        self.max[2]
-    }
-
-    /// The maximum number of ranks of other nodes to which a rank sends columns.
-    pub fn max_receivers(&self) -> usize {
-        self.max[3]
     }
 
     /// Marks of the columns that this rank owns.
@@ -117,9 +100,9 @@ impl ColumnLookup {
         self.corners.get(&corner.key()).copied()
     }
 
-    /// The own cells that this rank supplies to its node and, as requested by ranks of them, to other nodes, on which
+    /// The own cells that this rank supplies to its node and, as requested by ranks of them, to other node, on which
     /// their positions must be the same as here. Collective.
-    fn cells_for(&self, ranks: &mut Ranks, numbers: &Numbers, mesh: &NodeMesh, nodes: &Nodes) -> Result<Supply> {
+    fn cells_for(&self, ranks: &mut Ranks, numbers: &Numbers, mesh: &NodeMesh, node: &NodeRanks) -> Result<Supply> {
         let [here, there] = [numbers.grid, mesh.grid].map(|grid| grid.tables().center);
         let position = |of: &LonLat, row: u32| [of.lon_rad.get(row as usize), of.lat_rad.get(row as usize)];
         let mut requests = RankLists::new();
@@ -127,13 +110,13 @@ impl ColumnLookup {
         for (row, (cell, owner)) in (0u32..).zip(mesh.global.iter().zip(mesh.owner)) {
             if let Some(column) = self.cells.get(cell) {
                 supply.own.push((*column, row));
-            } else if nodes.asks(*owner as usize) && !nodes.is_mate(*owner as usize) {
+            } else if node.has_share(*owner as usize) && !node.is_mate(*owner as usize) {
                 requests.entry(*owner as usize).or_default().push((*cell, row, position(&there, row)));
             }
         }
-        let received = ranks.exchange(encode_lists(&requests))?;
-        let mut grant = || {
-            for (rank, requests) in decode_lists::<(u64, u32, [f64; 2])>(&received)? {
+        let received = ranks.exchange_lists::<(u64, u32, [f64; 2])>(&requests)?;
+        let grant = || {
+            for (rank, requests) in received {
                 for (cell, row, theirs) in requests {
                     let column = self.cells.get(&cell);
                     let column = column.ok_or_else(|| bad(format!("cell {cell} is another rank's")))?;
@@ -148,13 +131,12 @@ impl ColumnLookup {
                             self.rank
                         )));
                     }
-                    supply.add(nodes, rank, *column, row);
+                    supply.add(node, rank, *column, row);
                 }
             }
             Ok(())
         };
-        let granted = grant();
-        ranks.collective(granted)?;
+        ranks.collective_work(grant)?;
         Ok(supply)
     }
 
@@ -165,12 +147,12 @@ impl ColumnLookup {
         &self,
         ranks: &mut Ranks,
         mesh: &NodeMesh,
-        nodes: &Nodes,
+        node: &NodeRanks,
         own_corners: Option<&OwnCorners>,
     ) -> Result<Supply> {
         // Corners between cells of other nodes are in several pieces: the leader requests them.
         let is_reporter =
-            |row: usize| mesh.reporter.get(row).map_or(nodes.is_leader(), |rank| *rank as usize == self.rank);
+            |row: usize| mesh.reporter.get(row).map_or(node.is_leader(), |rank| *rank as usize == self.rank);
         let listed = mesh.corners.iter().enumerate().filter(|(row, _)| is_reporter(*row));
         let suppliers: Vec<(u32, Corner, usize)> = match own_corners {
             None => listed.filter_map(|(row, c)| Some((row as u32, *c, mesh.supplier(c)?))).collect(),
@@ -185,10 +167,17 @@ impl ColumnLookup {
         for (row, corner, rank) in suppliers {
             requests.entry(rank).or_default().push((row, corner));
         }
-        let received = ranks.exchange(encode_lists(&requests))?;
-        let mut supply = Supply::default();
-        let answers = self.grant_corners(nodes, &received, &mut supply);
-        let answers = ranks.collective(answers)?;
+        // The answer to each request is a byte, 1 if this rank has the corner.
+        let (mut supply, mut answers) = (Supply::default(), RankMessages::new());
+        for (rank, requests) in ranks.exchange_lists(&requests)? {
+            for (row, corner) in requests {
+                let column = self.corner(&corner);
+                answers.entry(rank).or_default().push(u8::from(column.is_some()));
+                if let Some(column) = column {
+                    supply.add(node, rank, column, row);
+                }
+            }
+        }
         for (rank, answers) in ranks.exchange(answers)? {
             let requests = requests.get(&rank).into_iter().flatten();
             for ((row, corner), _) in requests.zip(answers).filter(|(_, has)| *has == 0) {
@@ -198,21 +187,5 @@ impl ColumnLookup {
             }
         }
         Ok(supply)
-    }
-
-    /// Adds the requested corners that this rank has to `supply`; the answer to each request is a byte, 1 if it has the
-    /// corner.
-    fn grant_corners(&self, nodes: &Nodes, received: &RankMessages, supply: &mut Supply) -> Result<RankMessages> {
-        let mut answers = RankMessages::new();
-        for (rank, requests) in decode_lists::<(u32, Corner)>(received)? {
-            for (row, corner) in requests {
-                let column = self.corner(&corner);
-                answers.entry(rank).or_default().push(u8::from(column.is_some()));
-                if let Some(column) = column {
-                    supply.add(nodes, rank, column, row);
-                }
-            }
-        }
-        Ok(answers)
     }
 }

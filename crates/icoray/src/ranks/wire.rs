@@ -1,6 +1,6 @@
 //! The encoding of messages between ranks: `postcard`, as all ranks run the same program.
 
-use super::{RankMessages, Ranks};
+use super::Ranks;
 use icoray_grid::{Error, ErrorKind, Result};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -27,16 +27,6 @@ pub(crate) fn decode<'b, T: Deserialize<'b>>(mut bytes: &'b [u8]) -> Result<T> {
 /// Lists by the rank that they are sent to or received from.
 pub(crate) type RankLists<T> = BTreeMap<usize, Vec<T>>;
 
-/// Encodes a list for each of some ranks.
-pub(crate) fn encode_lists<T: Serialize>(lists: &RankLists<T>) -> RankMessages {
-    lists.iter().map(|(rank, list)| (*rank, encode(list))).collect()
-}
-
-/// Decodes the messages of ranks, encoded by [`encode_lists`].
-pub(crate) fn decode_lists<T: DeserializeOwned>(messages: &RankMessages) -> Result<RankLists<T>> {
-    messages.iter().map(|(rank, bytes)| Ok((*rank, decode(bytes)?))).collect()
-}
-
 /// An error in a message.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct WireError {
@@ -59,6 +49,15 @@ impl WireError {
 }
 
 impl Ranks {
+    /// Sends a list to each of some ranks, and returns those that this one receives, its own included. Collective.
+    pub(crate) fn exchange_lists<T: Serialize + DeserializeOwned>(
+        &mut self,
+        mine: &RankLists<T>,
+    ) -> Result<RankLists<T>> {
+        let received = self.exchange(mine.iter().map(|(rank, list)| (*rank, encode(list))).collect())?;
+        received.iter().map(|(rank, bytes)| Ok((*rank, decode(bytes)?))).collect()
+    }
+
     /// Every rank's value, in order of rank: for what each rank needs of all others. Collective.
     pub(crate) fn share_values<T: Serialize + DeserializeOwned>(&mut self, mine: &T) -> Result<Vec<T>> {
         self.share(&encode(mine))?.iter().map(|bytes| decode(bytes)).collect()
@@ -70,8 +69,7 @@ impl Ranks {
         &mut self,
         work: impl FnOnce() -> Result<T>,
     ) -> Result<Vec<T>> {
-        let mine = self.attempt(work);
-        let mine = self.collective(mine)?;
+        let mine = self.collective_work(work)?;
         self.share_values(&mine)
     }
 
@@ -93,8 +91,7 @@ impl Ranks {
         work: impl FnOnce() -> Result<T>,
         join: impl Fn(T, T) -> T,
     ) -> Result<T> {
-        let mine = self.attempt(work);
-        let mine = self.collective(mine)?;
+        let mine = self.collective_work(work)?;
         self.reduce_values(mine, join)
     }
 }

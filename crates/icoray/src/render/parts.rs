@@ -7,7 +7,7 @@ use super::work::{Work, background_blend, primary_rays, ray};
 use crate::compose::{Composer, ReceivedTile, TileFragments};
 use crate::device::OwnedColumns;
 use crate::plan::budget::allowed;
-use crate::ranks::{Part, Ranks, ReceivedFragments, TileAssignment, Traced};
+use crate::ranks::{Part, RankMessages, Ranks, TileAssignment, Traced, read_fragments};
 use crate::raster::{Pixel, Raster, Tile, Tiling, sample_points};
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_kernel::Counts;
@@ -20,7 +20,7 @@ use std::time::Instant;
 
 /// The messages of all ranks with the fragments of this rank's tiles.
 pub(super) struct Exchanged {
-    received: ReceivedFragments,
+    received: RankMessages,
     /// Seconds of tracing before the exchange, and the counts of this rank's rays.
     pub traced_s: f64,
     pub counts: Counts,
@@ -33,7 +33,7 @@ impl Exchanged {
     /// Decodes the fragments of this rank's tiles, `mine`.
     pub fn tiles(&self, tiling: &dyn Tiling, mine: &[u32]) -> Result<Fragments<'_>> {
         let mut tiles: Fragments = mine.iter().map(|tile| (*tile, Vec::new())).collect();
-        self.received.read(|tile, unread| {
+        read_fragments(&self.received, |tile, unread| {
             let not_mine = || Error::new(ErrorKind::Mpi, format!("fragments of tile {tile}, which is another rank's"));
             let of_ranks = tiles.get_mut(&tile).ok_or_else(not_mine)?;
             of_ranks.push(ReceivedTile::take(unread, tiling.pixels_of(tile) * tiling.rays_per_pixel())?);
@@ -54,9 +54,9 @@ impl Work<'_, '_> {
         on_device: &mut OnDevice,
     ) -> Result<Exchanged> {
         let start = Instant::now();
-        let tiles = ranks.assign_part_tiles(tiling, part.mates().len());
+        let tiles = ranks.assign_part_tiles(tiling, part.node().mates().len());
         let traced = ranks.attempt(|| {
-            let mine = &tiles[part.place()];
+            let mine = &tiles[part.node().place()];
             let mut traced =
                 self.context.renderer.run(|| self.fragments(part, &assignment.quality, tiling, mine, on_device));
             let messages = traced.messages(ranks, &assignment.owners);
@@ -64,9 +64,9 @@ impl Work<'_, '_> {
         });
         let traced_s = start.elapsed().as_secs_f64();
         let (messages, Traced { seconds, counts, .. }) = ranks.collective(traced)?;
-        let received = ReceivedFragments::exchange(ranks, messages)?;
+        let received = ranks.exchange(messages)?;
         if let Some(raster) = tiling.raster() {
-            ranks.share_part_costs(raster, part.mates(), &seconds)?;
+            ranks.share_part_costs(raster, part.node().mates(), &seconds)?;
         }
         Ok(Exchanged { received, traced_s, counts })
     }

@@ -38,7 +38,7 @@ impl FieldSummary {
         }
         let (value_range, missing_values) = range;
         // Ranks that share a part divide its rays; those with other parts trace the same rays.
-        let sharers = part.map_or(ranks.size(), |part| part.mates().len());
+        let sharers = part.map_or(ranks.size(), |part| part.node().mates().len());
         let deadline = Deadline::of(scene, start, sharers);
         let mut quality = requested_quality(scene);
         if let (Some(deadline), true) = (deadline, plan.shading.is_some()) {

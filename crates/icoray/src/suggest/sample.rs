@@ -1,6 +1,6 @@
 //! The sampled values of a field for a suggestion, and their places.
 
-use crate::ranks::{Part, RankLists, Ranks, decode_lists, encode_lists};
+use crate::ranks::{Part, RankLists, Ranks};
 use glam::DVec3;
 use icoray_grid::{CenterField, Error, ErrorKind, Field, Grid, Location, Result};
 
@@ -54,9 +54,8 @@ impl Sample {
         };
         let is_taken = |cell: &usize| part.counts(*cell) && part.number(*cell).is_multiple_of(step);
         let for_root = RankLists::from([(0, (0..grid.cells()).filter(is_taken).map(column).collect())]);
-        let received = ranks.exchange(encode_lists(&for_root))?;
-        let columns = decode_lists::<Column>(&received).map(|lists| lists.into_values().flatten().collect::<Vec<_>>());
-        let mut columns = ranks.collective(columns)?;
+        let received = ranks.exchange_lists::<Column>(&for_root)?;
+        let mut columns: Vec<Column> = received.into_values().flatten().collect();
         columns.sort_unstable_by_key(|(number, ..)| *number);
         Ok(Sample {
             directions: columns.iter().map(|(_, direction, _)| DVec3::from_array(*direction)).collect(),

@@ -2,13 +2,13 @@
 
 use crate::common::{
     FAR, LIT, NEAR, assert_same_refusal, at_centers, bits, columns_of, count_beyond, icosahedral, laid_out,
-    level_fastest, on_ranks, over_columns, picture, refusal, waves,
+    level_fastest, on_ranks, over_columns, picture, refusal, render_decomposed, waves,
 };
 use crate::culled::{Culled, Mark, Style, directions, holes};
 use crate::spread::{Spread, partitions, without_holes};
 use icoray::{
-    Decomposition, DistributedGrid, ErrorKind, Field, Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Location,
-    OwnedReals, Ranks, Rendered, Renderer, Scene, Shape,
+    ErrorKind, Field, Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Location, OwnedReals, Renderer, Scene,
+    Shape,
 };
 
 const LAYERS: usize = 4;
@@ -173,17 +173,6 @@ fn own_of(mesh: &IcosahedralMesh, culled: &Culled, owner: &[usize], rank: usize)
     (field, heights)
 }
 
-fn render_decomposed(
-    ranks: &mut Ranks,
-    scene: &Scene,
-    grid: &Grid,
-    decomposition: &Decomposition,
-    fields: Fields,
-) -> Result<Rendered, icoray::Error> {
-    let data = DistributedGrid { grid, decomposition: Some(decomposition), layers: &layers() };
-    Renderer::new(1).unwrap().render_decomposed(ranks, scene, data, fields)
-}
-
 /// The rims of parts get the corners that other ranks own.
 #[test]
 fn parts_are_those_of_one_process() {
@@ -197,7 +186,7 @@ fn parts_are_those_of_one_process() {
             let (frame, reports) = picture(spread.on_nodes(node_of, |ranks, culled, grid, decomposition| {
                 let (field, heights) = own_of(&mesh, culled, &owner, ranks.rank());
                 let fields = fields(at_centers(&field, LAYERS), corners(&heights));
-                render_decomposed(ranks, &scene, grid, &decomposition.unwrap(), fields).unwrap()
+                render_decomposed(ranks, &scene, (grid, &decomposition.unwrap()), &layers(), fields).unwrap()
             }));
             let trying = format!("scene {i}, {partition} on {node_of:?}");
             if node_of.iter().all(|node| *node == 0) {
@@ -234,7 +223,7 @@ fn parts_of_meshes_with_holes_are_bitwise_one_process() {
         let (frame, _) = picture(spread.on_nodes(&vec![0; ranks], |ranks, culled, grid, decomposition| {
             let (field, heights) = own_of(&mesh, culled, &owner, ranks.rank());
             let fields = fields(at_centers(&field, LAYERS), corners(&heights));
-            render_decomposed(ranks, scene, grid, &decomposition.unwrap(), fields).unwrap()
+            render_decomposed(ranks, scene, (grid, &decomposition.unwrap()), &layers(), fields).unwrap()
         }));
         assert!(bits(&frame) == bits(&expected), "{name}, {partition} on {ranks}");
     }
@@ -272,7 +261,7 @@ fn bad_heights_on_one_rank_are_the_error_of_all() {
             heights[column * LAYERS + 3] = -7e3;
         }
         let fields = fields(at_centers(&field, LAYERS), corners(&heights));
-        (column, refusal(render_decomposed(ranks, &scene, grid, &decomposition.unwrap(), fields)))
+        (column, refusal(render_decomposed(ranks, &scene, (grid, &decomposition.unwrap()), &layers(), fields)))
     });
     let (columns, refused): (Vec<usize>, Vec<_>) = refused.into_iter().unzip();
     let words = format!("rank 1: heights: corner {} (counted from 1), layers 4 and 3 of 4: -7000 m", columns[1] + 1);
@@ -302,7 +291,7 @@ fn ranks_that_have_heights_at_other_places_are_an_error() {
             let good = columns_of(&good, &culled.corners, LAYERS);
             let heights = if ranks.rank() == 1 { at_centers(&centers, LAYERS) } else { corners(&good) };
             let fields = fields(at_centers(&kept, LAYERS), heights);
-            refusal(render_decomposed(ranks, &scene, grid, &decomposition.unwrap(), fields))
+            refusal(render_decomposed(ranks, &scene, (grid, &decomposition.unwrap()), &layers(), fields))
         });
         let start = "rank 1: has heights at centres, but heights at corners on rank 0";
         assert_same_refusal(&parts, ErrorKind::Mpi, start);

@@ -1,14 +1,14 @@
 //! Grids that are spread over ranks: the picture that is put together of their fragments is that of the whole grid.
 
 use icoray::{
-    DistributedGrid, ErrorKind, Frame, FrameReport, Grid, Ground, IcosahedralMesh, Layers, Level, Lines, Location,
-    Pattern, Rendered, Renderer, Scene,
+    ErrorKind, Frame, FrameReport, Grid, Ground, IcosahedralMesh, Layers, Level, Lines, Location, Pattern, Rendered,
+    Renderer, Scene,
 };
 use icoray_test_support::{count, is_long};
 
 use crate::common::{
     FAR, LIT, NEAR, assert_same_refusal, at_centers, columns_of, difference, level_fastest, on_ranks, picture,
-    pixel_difference, refusal, waves,
+    pixel_difference, refusal, render_decomposed, waves,
 };
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Spread, partitions, without_holes};
@@ -31,9 +31,7 @@ impl Spread {
             let mut values = columns_of(&all, rows, LAYERS);
             change(ranks.rank(), &mut values);
             let field = level_fastest(&values, LAYERS, location);
-            let renderer = Renderer::new(1).unwrap();
-            let data = DistributedGrid { grid, decomposition: Some(&decomposition.unwrap()), layers: &layers() };
-            renderer.render_decomposed(ranks, scene, data, &field).unwrap()
+            render_decomposed(ranks, scene, (grid, &decomposition.unwrap()), &layers(), &field).unwrap()
         }))
     }
 }
@@ -78,12 +76,20 @@ fn parts_make_the_picture_of_the_whole() {
     let mesh = IcosahedralMesh::new(4).unwrap();
     let lit = &format!("|{LIT}");
     let paper = "method = \"paper\"";
-    let scenes = [(FAR, HOLLOW), (NEAR, "core = \"#804020\""), (INSIDE, HOLLOW), (FAR, lit), (NEAR, paper)];
+    let (centers, corners) = (Location::Center, Location::Corner);
+    let scenes = [
+        (FAR, HOLLOW, centers),
+        (NEAR, "core = \"#804020\"", centers),
+        (INSIDE, HOLLOW, centers),
+        (FAR, lit, centers),
+        (NEAR, paper, centers),
+        (FAR, lit, corners),
+    ];
     let mut worst = [0.0f32; 2];
-    for (i, (camera, rest)) in scenes.iter().enumerate() {
+    for (i, (camera, rest, location)) in scenes.into_iter().enumerate() {
         for (j, (precision, limit)) in LIMITS.into_iter().enumerate() {
             let scene = scene(camera, precision, rest);
-            let expected = whole(&mesh, &scene, Location::Center);
+            let expected = whole(&mesh, &scene, location);
             for ranks in [1, 2, 3, 4, 8] {
                 for (k, (name, owner)) in partitions(&mesh, ranks).iter().enumerate() {
                     // In the long run each combination of two of them at least.
@@ -92,7 +98,7 @@ fn parts_make_the_picture_of_the_whole() {
                         continue;
                     }
                     let spread = Spread::new(&mesh, ranks, owner);
-                    let (frame, reports) = spread.draw(&mesh, &scene, Location::Center, |_, _| ());
+                    let (frame, reports) = spread.draw(&mesh, &scene, location, |_, _| ());
                     let off = difference(&frame, &expected);
                     assert!(off <= limit, "{ranks} ranks, {name}, scene {i}, {precision}: {off:e}");
                     worst[j] = worst[j].max(off);
@@ -175,22 +181,6 @@ fn holes_of_the_whole_are_holes_of_its_parts() {
     assert!(drawn > count(20_000, 100_000), "{drawn}");
 }
 
-#[test]
-fn corners_are_averaged_over_all_that_a_cell_has() {
-    let mesh = IcosahedralMesh::new(4).unwrap();
-    for (i, (precision, limit)) in LIMITS.into_iter().enumerate() {
-        let scene = scene(FAR, precision, &format!("|{LIT}"));
-        let expected = whole(&mesh, &scene, Location::Corner);
-        // One for each precision, or all in the long run.
-        let partitions = partitions(&mesh, 3).into_iter().skip(count(i, 0)).take(count(1, usize::MAX));
-        for (name, owner) in partitions {
-            let (frame, _) = Spread::new(&mesh, 3, &owner).draw(&mesh, &scene, Location::Corner, |_, _| ());
-            let off = difference(&frame, &expected);
-            assert!(off <= limit, "{name}, {precision}: {off:e}");
-        }
-    }
-}
-
 /// At the usual tolerance parts and whole are both within their errors of the exact picture.
 #[test]
 fn parts_are_within_their_errors_of_the_exact_picture() {
@@ -248,9 +238,8 @@ fn scenes_may_request_fragments_but_no_impossible_scheme() {
     let (_, owner) = partitions(&mesh, 2).swap_remove(0);
     let refused = Spread::new(&mesh, 2, &owner).each(|ranks, culled, grid, decomposition| {
         let all = vec![0.0; culled.cells.len() * LAYERS];
-        let data = DistributedGrid { grid, decomposition: Some(&decomposition.unwrap()), layers: &layers() };
-        let renderer = Renderer::new(1).unwrap();
-        refusal(renderer.render_decomposed(ranks, &asked("tiles"), data, &at_centers(&all, LAYERS)))
+        let field = at_centers(&all, LAYERS);
+        refusal(render_decomposed(ranks, &asked("tiles"), (grid, &decomposition.unwrap()), &layers(), &field))
     });
     let start = "rank 0: key ranks: \"tiles\", but each node has a part";
     assert_same_refusal(&refused, ErrorKind::Scene, start);
@@ -261,41 +250,34 @@ fn scenes_may_request_fragments_but_no_impossible_scheme() {
 fn parts_that_do_not_fit_are_refused_on_all_ranks() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let (_, owner) = partitions(&mesh, 3).swap_remove(0);
-    type Damage = fn(&mut Spread);
-    // Two owners or none; a number twice or too low; too few numbers and too many marks.
-    let cases: [(Damage, &[&str]); 7] = [
-        (|s| s.owned[1].fill(1), &["is owned by ranks", "expected one owner"]),
-        (|s| s.owned[2].fill(0), &["is in the halo of rank", "but owned by no rank"]),
-        (|s| s.global[1][5] = s.global[1][9], &["rank 1: cell_global rows 6 and 10: both "]),
-        (|s| s.global[2][7] = -1, &["rank 2: cell_global row 8: -1, expected 1 or more"]),
-        (|s| s.global[2][7] = 0, &["rank 2: cell_global row 8: 0, expected a number, as a triangle has this cell"]),
-        (|s| s.global[0].truncate(9), &["rank 0: cell_global: ", "one per cell"]),
-        (|s| s.owned[0].push(1), &["rank 0: is_owned: ", "one per cell"]),
+    type Damage = fn(&mut Spread, &IcosahedralMesh);
+    // Two owners or none; a number twice or too low; too few numbers and too many marks; a halo that was cut off.
+    let cases: [(Damage, &[&str]); 8] = [
+        (|s, _| s.owned[1].fill(1), &["is owned by ranks", "expected one owner"]),
+        (|s, _| s.owned[2].fill(0), &["is in the halo of rank", "but owned by no rank"]),
+        (|s, _| s.global[1][5] = s.global[1][9], &["rank 1: cell_global rows 6 and 10: both "]),
+        (|s, _| s.global[2][7] = -1, &["rank 2: cell_global row 8: -1, expected 1 or more"]),
+        (|s, _| s.global[2][7] = 0, &["rank 2: cell_global row 8: 0, expected a number, as a triangle has this cell"]),
+        (|s, _| s.global[0].truncate(9), &["rank 0: cell_global: ", "one per cell"]),
+        (|s, _| s.owned[0].push(1), &["rank 0: is_owned: ", "one per cell"]),
+        (
+            |s, mesh| {
+                let mut own = vec![false; mesh.cells()];
+                let cells = s.parts[0].cells.iter().zip(&s.owned[0]).filter(|(_, is_own)| **is_own == 1);
+                cells.for_each(|(cell, _)| own[*cell] = true);
+                s.parts[0] = Culled::new(mesh, &own, Style::Corners, Mark::BeforeFirst, 1);
+                s.global[0] = s.parts[0].cells.iter().map(|cell| *cell as i64 + 1).collect();
+                s.owned[0] = vec![1; s.global[0].len()];
+            },
+            &["rank 0: own cell ", "a halo at least one cell wide"],
+        ),
     ];
     for (damage, words) in cases {
         let mut spread = Spread::new(&mesh, 3, &owner);
-        damage(&mut spread);
+        damage(&mut spread, &mesh);
         let refusals = spread.each(|_, _, _, decomposition| refusal(decomposition));
         assert_same_refusal(&refusals, ErrorKind::Grid, "");
         assert!(words.iter().all(|word| refusals[0].1.contains(word)), "{words:?}: {}", refusals[0].1);
-    }
-}
-
-/// An owner without all triangles of a cell, which another rank has: its halo was cut off.
-#[test]
-fn a_halo_that_is_too_narrow_is_refused() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let (_, owner) = partitions(&mesh, 2).swap_remove(0);
-    let mut spread = Spread::new(&mesh, 2, &owner);
-    let own: Vec<bool> = owner.iter().map(|owner| *owner == 0).collect();
-    spread.parts[0] = Culled::new(&mesh, &own, Style::Corners, Mark::BeforeFirst, 1);
-    spread.global[0] = spread.parts[0].cells.iter().map(|cell| *cell as i64 + 1).collect();
-    spread.owned[0] = vec![1; spread.global[0].len()];
-    for (_, sentence) in spread.each(|_, _, _, decomposition| refusal(decomposition)) {
-        assert!(
-            sentence.contains("rank 0: own cell ") && sentence.contains("a halo at least one cell wide"),
-            "{sentence}"
-        );
     }
 }
 

@@ -6,8 +6,8 @@ use super::culled::directions;
 use glam::DVec3;
 use icoray::ranks::on_local_nodes;
 use icoray::{
-    Error, ErrorKind, Field, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Layers, Location, Ranks, Reals,
-    Rendered, Renderer, Scene, Shape,
+    Decomposition, DistributedGrid, Error, ErrorKind, Field, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Layers,
+    Location, Ranks, Reals, Rendered, Renderer, Scene, Shape,
 };
 use std::fmt::Debug;
 
@@ -93,9 +93,10 @@ impl TwoFields {
 
 /// A grid with the field f on layers 0.05 planet radii apart.
 pub struct OneField {
-    grid: Grid<'static>,
-    layers: Layers,
-    values: Vec<f32>,
+    pub grid: Grid<'static>,
+    pub layers: Layers,
+    /// Level-fastest.
+    pub values: Vec<f32>,
 }
 
 impl OneField {
@@ -108,18 +109,22 @@ impl OneField {
         OneField { values: over_columns(grid.cells(), count, value), layers, grid }
     }
 
-    fn draw_over(&self, scene: &Scene, ranks: &mut Ranks, threads: usize) -> Rendered {
+    pub fn draw_over(&self, renderer: &Renderer, scene: &Scene, ranks: &mut Ranks) -> Result<Rendered, Error> {
         let field = at_centers(&self.values, self.layers.count());
-        Renderer::new(threads).unwrap().render_over(ranks, scene, &self.grid, &self.layers, &field).unwrap()
+        renderer.render_over(ranks, scene, &self.grid, &self.layers, &field)
+    }
+
+    pub fn draw_by(&self, renderer: &Renderer, scene: &Scene) -> Frame {
+        picture(vec![self.draw_over(renderer, scene, &mut Ranks::alone()).unwrap()]).0
     }
 
     pub fn draw(&self, scene: &Scene, threads: usize) -> Frame {
-        picture(vec![self.draw_over(scene, &mut Ranks::alone(), threads)]).0
+        self.draw_by(&Renderer::new(threads).unwrap(), scene)
     }
 
     /// Over ranks of one thread each, which all have the whole grid.
     pub fn draw_on(&self, scene: &Scene, ranks: usize) -> (Frame, Vec<FrameReport>) {
-        picture(on_ranks(ranks, |ranks| self.draw_over(scene, ranks, 1)))
+        picture(on_ranks(ranks, |ranks| self.draw_over(&Renderer::new(1).unwrap(), scene, ranks).unwrap()))
     }
 }
 
@@ -186,12 +191,24 @@ pub fn rays(scene: &Scene) -> impl Iterator<Item = (DVec3, DVec3)> {
 
 /// The results of `work` on each rank, a thread each; `node_of` has the node of each rank.
 pub fn on_nodes<R: Send>(node_of: &[usize], work: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
-    on_local_nodes(node_of, |team| work(&mut Ranks::new(Box::new(team))))
+    on_local_nodes(node_of, |team| work(&mut Ranks::new(team)))
 }
 
 /// [`on_nodes`] with all ranks on one node.
 pub fn on_ranks<R: Send>(ranks: usize, work: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
     on_nodes(&vec![0; ranks], work)
+}
+
+/// What a rank makes of its columns or part, on one thread.
+pub fn render_decomposed<'f>(
+    ranks: &mut Ranks,
+    scene: &Scene,
+    (grid, decomposition): (&Grid, &Decomposition),
+    layers: &Layers,
+    fields: impl Into<Fields<'f>>,
+) -> Result<Rendered, Error> {
+    let data = DistributedGrid { grid, decomposition: Some(decomposition), layers };
+    Renderer::new(1)?.render_decomposed(ranks, scene, data, fields)
 }
 
 /// The picture, which one rank has, and the reports of all ranks.

@@ -65,7 +65,7 @@ fn on_two<R: Send>(log: icoray_log_fn, model: impl Fn(&Model) -> R + Sync) -> [R
     loud();
     let each = on_local_nodes(&[0; 2], |team| {
         let config = icoray_config { log, log_level: ICORAY_LOG_WARN, ..config() };
-        let ranks = Ranks::new(Box::new(team));
+        let ranks = Ranks::new(team);
         let mut context = Context::new(&config, "", &ranks, 1).unwrap();
         let rank = ranks.rank();
         context.join(ranks).unwrap();

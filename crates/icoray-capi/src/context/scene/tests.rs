@@ -91,7 +91,7 @@ fn pictures(
     };
     match nodes {
         [] => run(Ranks::alone()),
-        nodes => drop(on_local_nodes(nodes, |team| run(Ranks::new(Box::new(team))))),
+        nodes => drop(on_local_nodes(nodes, |team| run(Ranks::new(team)))),
     }
     let files = read(&folder);
     fs::remove_dir_all(&folder).unwrap();

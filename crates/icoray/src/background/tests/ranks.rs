@@ -1,7 +1,7 @@
 //! Frames that ranks draw together in the background; calls of the model transfer their messages.
 
 use super::*;
-use crate::ranks::{LocalTeam, Owned, PartCells, Team, on_local_nodes};
+use crate::ranks::{Owned, PartCells, Team, on_local_nodes};
 use std::sync::Barrier;
 
 /// The parts of the grid and the field that ranks have.
@@ -26,8 +26,8 @@ struct Rank<'s> {
 }
 
 impl<'s> Rank<'s> {
-    fn new(fixture: &'s Fixture, team: LocalTeam, spread: Spread, model: &'s Barrier) -> Self {
-        let mut ranks = Ranks::new(Box::new(team));
+    fn new(fixture: &'s Fixture, team: Team, spread: Spread, model: &'s Barrier) -> Self {
+        let mut ranks = Ranks::new(team);
         let (rank, size) = (ranks.rank(), ranks.size());
         let renderer = Arc::new(Renderer::new(1).unwrap());
         let background = Background::over(&mut ranks, renderer, fixture.writer.clone()).unwrap();
@@ -128,8 +128,8 @@ fn pictures_of_ranks_are_those_of_one_process() {
 }
 
 /// The background of a rank that fails at some steps: before a frame, within one, and in a phase of one.
-fn failing(team: &mut LocalTeam, fixture: &Fixture) -> Background {
-    let (pumped, pump) = pumped(team.point_to_point().unwrap(), 0);
+fn failing(team: &mut Team, fixture: &Fixture) -> Background {
+    let (pumped, pump) = team.pumped().unwrap();
     let (renderer, writer) = (Arc::new(Renderer::new(1).unwrap()), fixture.writer.clone());
     let (with, to) = (renderer.clone(), writer.clone());
     let fail = move |ranks: &mut Ranks, setup: FrameSetup, copies: &Copies, cost| {
@@ -148,7 +148,7 @@ fn failing(team: &mut LocalTeam, fixture: &Fixture) -> Background {
         }
         draw(&with, ranks, &to, setup, copies, cost)
     };
-    Background::with(renderer, writer, Ranks::new(Box::new(pumped)), Some(pump), fail).unwrap()
+    Background::with(renderer, writer, Ranks::new(pumped), Some(pump), fail).unwrap()
 }
 
 /// A panic in a phase is the failure of all; one outside of any ends the frame on the others too. Frames behind it are
@@ -158,7 +158,7 @@ fn a_failure_on_one_rank_ends_the_frame_on_all() {
     let (fixture, model) = (&Fixture::new(), &Barrier::new(3));
     let said = on_local_nodes(&[0; 3], |mut team| {
         let background = failing(&mut team, fixture);
-        let ranks = Ranks::new(Box::new(team));
+        let ranks = Ranks::new(team);
         let cells = (0..fixture.grid.cells()).collect();
         let mut rank = Rank { fixture, ranks, background, spread: Spread::Whole, decomposition: None, cells, model };
         for step in 1..=4 {

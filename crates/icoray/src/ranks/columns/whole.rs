@@ -3,7 +3,7 @@
 use super::Columns;
 use crate::ranks::Ranks;
 use crate::ranks::cells::{ColumnKind, Numbered, PartCells, PartCorners};
-use crate::ranks::nodes::Nodes;
+use crate::ranks::node_ranks::NodeRanks;
 use crate::ranks::owners::find_owners;
 use crate::ranks::supply::{Rows, Supply};
 use icoray_grid::{Grid, Result};
@@ -20,13 +20,18 @@ impl Columns {
         cells: &PartCells,
         corners: Option<&PartCorners>,
     ) -> Result<Self> {
-        let nodes = Nodes::find(ranks)?;
-        let partners = nodes.of_all(ranks)?;
-        let own = own_rows(ranks, grid, ColumnKind::Cell, || cells.read_rows(grid))?;
+        let node = NodeRanks::find(ranks)?;
+        let partners = node.of_all(ranks)?;
+        let own = own_rows(ranks, grid, ColumnKind::Cell, || {
+            Numbered::of_rows(ColumnKind::Cell, cells.global, cells.owned, grid)
+        })?;
         let has_corner_numbers = ranks.reduce_values(corners.is_some(), |a, b| a || b)?;
         let corner = match has_corner_numbers {
             true => {
-                let read = || corners.map_or_else(|| Ok(Numbered::default()), |corners| corners.read_rows(grid));
+                let read = || match corners {
+                    Some(corners) => Numbered::of_rows(ColumnKind::Corner, corners.global, corners.owned, grid),
+                    None => Ok(Numbered::default()),
+                };
                 let own = own_rows(ranks, grid, ColumnKind::Corner, read)?;
                 let count = corners.map_or(0, |corners| corners.global.len());
                 Supply::of_whole(ranks, count, grid.triangles(), own, partners.len())?
@@ -38,18 +43,17 @@ impl Columns {
         };
         let center = Supply::of_whole(ranks, cells.global.len(), grid.cells(), own, partners.len())?;
         let (cells, node_grid, halo) = (grid.cells(), None, None);
-        Ok(Columns { center, corner, has_corner_numbers, cells, nodes, partners, node_grid, halo })
+        Ok(Columns { center, corner, has_corner_numbers, cells, node, partners, node_grid, halo })
     }
 }
 
 /// This rank's own columns with their rows in the tables, each of which has one owner. Collective.
 fn own_rows(ranks: &mut Ranks, grid: &Grid, kind: ColumnKind, read: impl FnOnce() -> Result<Numbered>) -> Result<Rows> {
-    let numbers = ranks.attempt(|| {
+    let own = ranks.collective_work(|| {
         let Numbered { global, is_own } = read()?;
         let own = (0u32..).zip(global).zip(is_own).filter(|(_, is_own)| *is_own);
         Ok(own.map(|((column, row), _)| (column, row as u32)).collect::<Rows>())
-    });
-    let own = ranks.collective(numbers)?;
+    })?;
     // Each rank asks for the rows of which it keeps the owners.
     let (rows, base) = (kind.rows(grid) as u64, i64::from(grid.tables().index_base));
     let each = rows.saturating_sub(1) / ranks.size() as u64 + 1;

@@ -6,9 +6,9 @@
 
 mod piece;
 
-use super::nodes::Nodes;
+use super::node_ranks::NodeRanks;
 use super::wire::{decode, encode};
-use super::{LentNode, Node, RankMessages, Ranks, bad};
+use super::{NodeMemory, Part, RankMessages, Ranks, bad};
 use icoray_grid::grid::{OwnedGrid, OwnedTables};
 use icoray_grid::threads::Threads;
 use icoray_grid::{Connectivity, Error, ErrorKind, Grid, Result, block};
@@ -33,7 +33,19 @@ pub(super) struct NodeMesh<'n> {
     pub reporter: &'n [u32],
 }
 
-impl NodeMesh<'_> {
+impl<'n> NodeMesh<'n> {
+    /// The mesh of a grid and the `numbers` beside it.
+    pub fn new(grid: &'n NodeGrid, numbers: &'n NodeMemory) -> Result<Self> {
+        let numbers = numbers.bytes();
+        Ok(NodeMesh {
+            grid: grid.grid(),
+            global: block::array(numbers, 0)?,
+            owner: block::array(numbers, 1)?,
+            corners: block::array(numbers, 2)?,
+            reporter: block::array(numbers, 3)?,
+        })
+    }
+
     /// The row of a cell of the whole grid.
     pub fn row(&self, global: u64) -> Option<u32> {
         self.global.binary_search(&global).ok().map(|row| row as u32)
@@ -46,80 +58,64 @@ impl NodeMesh<'_> {
     }
 }
 
-/// A node's mesh in memory that its ranks share. The leader joins the parts.
-pub(super) struct MeshMemory {
-    pub grid: SharedGrid,
-    /// Bytes of the grid, if this rank wrote them.
-    pub grid_bytes: usize,
+/// The grid that the ranks of a node have together, in memory that they share. The leader joins the parts.
+#[derive(Debug)]
+pub(crate) struct NodeGrid {
+    grid: SharedGrid,
+    /// Bytes of its tables and of those derived from them, if this rank wrote them.
+    pub bytes: usize,
     /// Whether some ranks have their own memory although they should share it.
     pub is_refused: bool,
-    /// The arrays of [`NodeMesh`] beside the grid, in their order.
-    pub numbers: Node,
+    /// The node's own part of it, if there are other nodes.
+    pub part: Option<Part>,
 }
 
-impl MeshMemory {
-    /// Joins the parts of this rank's node. Collective.
-    pub fn new(ranks: &mut Ranks, numbers: &Numbers, nodes: &Nodes) -> Result<Self> {
-        let piece = ranks.attempt(|| Ok(encode(&numbers.piece(nodes))));
-        let piece = ranks.collective(piece)?;
+impl NodeGrid {
+    /// Joins the parts of this rank's node; also returns memory of the arrays of [`NodeMesh`] beside the grid, in their
+    /// order. Collective.
+    pub(super) fn join(ranks: &mut Ranks, numbers: &Numbers, node: &NodeRanks) -> Result<(Self, NodeMemory)> {
+        let piece = ranks.collective_work(|| Ok(encode(&numbers.piece(node))))?;
         let base = i64::from(numbers.grid.tables().index_base);
-        let mut joined = JoinedMesh::at(ranks, &[nodes.leader()], &piece, base)?;
+        let mut joined = JoinedMesh::at(ranks, &[node.leader()], &piece, base)?;
         let mine = joined.as_ref().map_or([0; 2], |mesh| mesh.lengths);
         let most = ranks.reduce_values(mine, |a, b| std::array::from_fn(|k| a[k].max(b[k])))?;
-        ranks.reclaim()?;
         let (mut numbers, mut grid) = (ranks.take_node(most[0])?, ranks.take_node(most[1])?);
         let is_refused = numbers.is_refused || grid.is_refused;
         if is_refused {
-            joined = JoinedMesh::at(ranks, nodes.mates(), &piece, base)?;
+            joined = JoinedMesh::at(ranks, node.mates(), &piece, base)?;
         }
-        let mut grid_bytes = 0;
+        let mut bytes = 0;
         numbers.write(ranks, |put| {
             joined.iter().for_each(|mesh| block::write(&mesh.numbers(), &mut *put));
             Ok(())
         })?;
         grid.write(ranks, |put| {
             let Some(mesh) = &joined else { return Ok(()) };
-            grid_bytes = mesh.lengths[1];
+            bytes = mesh.lengths[1];
             mesh.grid.with_arrays(|arrays| block::write(arrays, put))
         })?;
         drop(joined);
-        let grid = BlockAndGrid::try_new(ranks.lend(grid), |memory| Grid::of_block(memory.bytes()));
-        let grid = SharedGrid(ranks.collective(grid)?);
-        Ok(MeshMemory { grid, grid_bytes, is_refused, numbers })
+        let grid = SharedGrid::try_new(grid, |memory| Grid::of_block(memory.bytes()));
+        Ok((NodeGrid { grid: ranks.collective(grid)?, bytes, is_refused, part: None }, numbers))
     }
 
-    pub fn mesh(&self) -> Result<NodeMesh<'_>> {
-        let numbers = self.numbers.memory.bytes();
-        Ok(NodeMesh {
-            grid: self.grid.grid(),
-            global: block::array(numbers, 0)?,
-            owner: block::array(numbers, 1)?,
-            corners: block::array(numbers, 2)?,
-            reporter: block::array(numbers, 3)?,
-        })
+    pub fn grid(&self) -> &Grid<'_> {
+        self.grid.borrow_dependent()
     }
 }
 
 self_cell!(
-    struct BlockAndGrid {
-        owner: LentNode,
+    /// A grid in the memory of a node.
+    struct SharedGrid {
+        owner: NodeMemory,
         #[covariant]
         dependent: Grid,
     }
 );
 
-/// A grid in the memory of a node.
-pub(super) struct SharedGrid(BlockAndGrid);
-
-impl SharedGrid {
-    pub fn grid(&self) -> &Grid<'_> {
-        self.0.borrow_dependent()
-    }
-}
-
 impl fmt::Debug for SharedGrid {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "grid of {} cells in a node's memory", self.grid().cells())
+        write!(f, "grid of {} cells in a node's memory", self.borrow_dependent().cells())
     }
 }
 
@@ -138,8 +134,7 @@ impl JoinedMesh {
     /// Sends this rank's `piece` to the ranks `to`, and joins those that it receives. Collective.
     fn at(ranks: &mut Ranks, to: &[usize], piece: &[u8], base: i64) -> Result<Option<Self>> {
         let received = ranks.exchange(to.iter().map(|rank| (*rank, piece.to_vec())).collect())?;
-        let mesh = ranks.attempt(|| (!received.is_empty()).then(|| Self::of(&received, base)).transpose());
-        ranks.collective(mesh)
+        ranks.collective_work(|| (!received.is_empty()).then(|| Self::of(&received, base)).transpose())
     }
 
     fn of(received: &RankMessages, base: i64) -> Result<Self> {

@@ -2,7 +2,7 @@
 //! nodes there.
 
 use crate::ranks::cells::NONE;
-use crate::ranks::nodes::Nodes;
+use crate::ranks::node_ranks::NodeRanks;
 use bytemuck::{Pod, Zeroable};
 use icoray_grid::Grid;
 use serde::{Deserialize, Serialize};
@@ -85,9 +85,9 @@ impl Numbers<'_> {
     }
 
     /// The rank of the node whose piece contains a corner: the owner of the corner's lowest cell that the node owns.
-    fn reporter(&self, corner: usize, nodes: &Nodes) -> Option<usize> {
+    fn reporter(&self, corner: usize, node: &NodeRanks) -> Option<usize> {
         let cells = self.cells_at(corner).into_iter().flatten();
-        let own = cells.filter(|cell| nodes.is_mate(self.owner[*cell] as usize));
+        let own = cells.filter(|cell| node.is_mate(self.owner[*cell] as usize));
         own.min_by_key(|cell| self.global[*cell]).map(|cell| self.owner[cell] as usize)
     }
 
@@ -100,13 +100,13 @@ impl Numbers<'_> {
     }
 
     /// The piece that this rank contributes to its node's mesh.
-    pub fn piece(&self, nodes: &Nodes) -> NodePiece {
+    pub fn piece(&self, node: &NodeRanks) -> NodePiece {
         let place = self.grid.tables().center;
-        let is_of_other_node = |cell: usize| !nodes.is_mate(self.owner[cell] as usize);
+        let is_of_other_node = |cell: usize| !node.is_mate(self.owner[cell] as usize);
         let mut corners = Vec::new();
         // Each rank that has a corner with a cell of another node includes that cell.
         let mut is_included: Vec<bool> = (0..self.global.len()).map(|cell| self.owns(cell)).collect();
-        for corner in (0..self.grid.triangles()).filter(|c| self.reporter(*c, nodes) == Some(self.rank)) {
+        for corner in (0..self.grid.triangles()).filter(|c| self.reporter(*c, node) == Some(self.rank)) {
             corners.push(self.corner(corner));
             for cell in self.cells_at(corner).into_iter().flatten() {
                 is_included[cell] |= is_of_other_node(cell);

@@ -1,14 +1,15 @@
 //! Collective calls on one thread, their messages on another.
 
 use super::*;
-use crate::ranks::{Ranks, Team, local_team, on_local_nodes};
+use crate::ranks::{Ranks, local_team, on_local_nodes};
+use icoray_grid::ErrorKind;
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::thread;
 
 /// The results of `work` for each rank's team, while the rank's own thread moves messages from time to time.
-fn on_pumped<R: Send>(size: usize, work: impl Fn(&mut PumpedTeam) -> R + Sync) -> Vec<R> {
+fn on_pumped<R: Send>(size: usize, work: impl Fn(&mut Team) -> R + Sync) -> Vec<R> {
     on_local_nodes(&vec![0; size], |mut team| {
-        let (mut pumped, mut pump) = pumped(team.point_to_point().unwrap(), team.rank());
+        let (mut pumped, mut pump) = team.pumped().unwrap();
         // Few children and short pieces, so that few ranks and bytes have many of them.
         pumped = pumped.with_fan_out(2);
         pumped.pieces.most = 100;
@@ -107,7 +108,7 @@ fn a_frame_that_one_rank_leaves_ends_on_all() {
 #[test]
 fn calls_fail_once_messages_are_cut_off() {
     let mut teams = local_team(2);
-    let (mut team, mut pump) = pumped(teams[0].point_to_point().unwrap(), 0);
+    let (mut team, mut pump) = teams[0].pumped().unwrap();
     let waiting = thread::spawn(move || {
         let error = team.share(&[1]).unwrap_err();
         (error.kind(), team.broadcast(vec![2]).unwrap_err().kind())
@@ -123,9 +124,9 @@ fn calls_fail_once_messages_are_cut_off() {
 
 #[test]
 fn a_team_without_messages_of_its_own_is_an_error() {
-    assert!(Ranks::alone().point_to_point().unwrap().is_none());
-    let mut ranks = Ranks::new(Box::new(local_team(1).remove(0)));
-    assert!(ranks.point_to_point().unwrap().is_some());
-    let error = ranks.point_to_point().map(drop).unwrap_err();
+    assert!(Ranks::alone().pumped().unwrap().is_none());
+    let mut ranks = Ranks::new(local_team(1).remove(0));
+    assert!(ranks.pumped().unwrap().is_some());
+    let error = ranks.pumped().map(drop).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Mpi);
 }

@@ -1,7 +1,7 @@
 //! Random schedules: messages of different ranks arrive in any order and late, a rank is slower than the others, and
 //! ranks fail anywhere in a frame.
 
-use super::nodes::Nodes;
+use super::node_ranks::NodeRanks;
 use super::*;
 use icoray_test_support::{Random, runs_long};
 use std::collections::VecDeque;
@@ -45,21 +45,9 @@ impl Shuffled {
 }
 
 impl Messages for Shuffled {
-    fn rank(&self) -> usize {
-        self.messages.rank()
-    }
-
-    fn size(&self) -> usize {
-        self.messages.size()
-    }
-
     fn send(&mut self, to: usize, bytes: Vec<u8>) -> Result<()> {
         self.delay();
         self.messages.send(to, bytes)
-    }
-
-    fn is_sent(&mut self) -> Result<bool> {
-        self.messages.is_sent()
     }
 
     fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {
@@ -76,6 +64,10 @@ impl Messages for Shuffled {
             self.collect()?;
         }
         Ok(self.take().expect("a message is waiting"))
+    }
+
+    fn meet(&mut self) -> Result<()> {
+        self.messages.meet()
     }
 }
 
@@ -94,22 +86,22 @@ fn frame(ranks: &mut Ranks, threads: &Threads, fails: Option<usize>) -> Result<u
     ranks.collective(fail(0))?;
     let sum = ranks.reduce_work(|| fail(1).map(|()| rank as u64), |a, b| a + b)?;
     assert_eq!(sum as usize, size * (size - 1) / 2);
-    let nodes = Nodes::find(ranks)?;
+    let nodes = NodeRanks::find(ranks)?;
     let mut node = ranks.take_node(8 * size)?;
-    node.memory.begin()?;
-    let written = fail(2).map(|()| node.memory.put(8 * rank, &rank.to_le_bytes()));
-    node.memory.settle()?;
+    node.begin(ranks.team.as_mut())?;
+    let written = fail(2).map(|()| node.put(8 * rank, &rank.to_le_bytes()));
+    node.settle(ranks.team.as_mut())?;
     ranks.collective(written)?;
-    assert!(nodes.mates().iter().all(|mate| node.memory.bytes()[8 * mate..8 * mate + 8] == mate.to_le_bytes()));
+    assert!(nodes.mates().iter().all(|mate| node.bytes()[8 * mate..8 * mate + 8] == mate.to_le_bytes()));
     ranks.keep_node(node);
     // Each rank has fragments of some tiles.
     let tiles = || (0..raster.tiles()).filter(|tile| (*tile as usize + rank).is_multiple_of(3));
     let mut traced = Traced { tiles: tiles().map(|tile| (tile, vec![rank as u8])).collect(), ..Traced::default() };
     let messages = traced.messages(ranks, &owners);
     let messages = ranks.collective(fail(3).map(|()| messages))?;
-    let received = ReceivedFragments::exchange(ranks, messages)?;
+    let received = ranks.exchange(messages)?;
     let mut found = 0;
-    received.read(|tile, unread| {
+    read_fragments(&received, |tile, unread| {
         let (sender, rest) = unread.split_first().expect("a byte per tile");
         *unread = rest;
         found += 1;
@@ -120,11 +112,11 @@ fn frame(ranks: &mut Ranks, threads: &Threads, fails: Option<usize>) -> Result<u
     let share = TileShare { earlier_counts: Counts { rays: found, ..Counts::default() }, ..share(&raster, &owners) };
     let mine: Vec<u32> = (0..raster.tiles()).filter(|tile| owners[*tile as usize] as usize == rank).collect();
     let gathered = ranks.gather(threads, &share, |give| {
-        for (k, number) in mine.iter().enumerate() {
+        mine.par_iter().enumerate().for_each(|(k, number)| {
             assert!(fails != Some(4) || 2 * k < mine.len(), "phase 4");
             let pixels = vec![Pixel::default(); raster.pixels_of(*number)];
             give(Tile { number: *number, seconds: 0.0, counts: Counts::default(), pixels });
-        }
+        });
         assert!(fails != Some(4), "phase 4");
     });
     let summary = gathered.map(|gathered| {
@@ -155,21 +147,14 @@ fn no_schedule_makes_ranks_wait_or_differ() {
             messages,
             waiting: BTreeMap::new(),
         });
-        let of_ranks: Vec<Vec<std::result::Result<u64, String>>> = thread::scope(|scope| {
-            let rank = |team| {
-                let (threads, failing) = (&threads, &failing);
-                scope.spawn(move || {
-                    let mut ranks = Ranks::new(Box::new(team));
-                    let rank = ranks.rank();
-                    let frame = |fails: &Option<[usize; 2]>| {
-                        let fails = fails.filter(|[odd, _]| *odd == rank).map(|[_, phase]| phase);
-                        frame(&mut ranks, threads, fails).map_err(|error| error.to_string())
-                    };
-                    failing.iter().map(frame).collect()
-                })
+        let of_ranks: Vec<Vec<std::result::Result<u64, String>>> = on_threads(team, |team| {
+            let mut ranks = Ranks::new(team);
+            let rank = ranks.rank();
+            let frame = |fails: &Option<[usize; 2]>| {
+                let fails = fails.filter(|[odd, _]| *odd == rank).map(|[_, phase]| phase);
+                frame(&mut ranks, &threads, fails).map_err(|error| error.to_string())
             };
-            let running: Vec<_> = team.into_iter().map(rank).collect();
-            running.into_iter().map(|rank| rank.join().unwrap()).collect()
+            failing.iter().map(frame).collect()
         });
         for (number, fails) in failing.iter().enumerate() {
             for outcomes in &of_ranks {

@@ -101,7 +101,7 @@ impl<'p, 'f> ProbedScene<'p, 'f> {
                 is_coarse: false,
             };
             // The ranks of a node have the same part of the grid, and all ranks without a part have the whole grid.
-            let (passed, fragments) = match part.map_or(rank, Part::place) {
+            let (passed, fragments) = match part.map_or(rank, |part| part.node().place()) {
                 0 => passages(&rays, part.map(Part::region), eye, dir),
                 1.. => (Vec::new(), Vec::new()),
             };

@@ -63,44 +63,64 @@ fn all_fields_and_heights_that_a_scene_needs_are_put_together() {
     }
 }
 
+/// The form of a rank's field: by how many its columns are too many, layers, bits, place, and the mark of what is missing.
+#[derive(Clone, Copy)]
+struct Form {
+    more: usize,
+    layers: usize,
+    is_wide: bool,
+    location: Location,
+    fill: Option<f64>,
+}
+
+const GOOD: Form = Form { more: 0, layers: LAYERS, is_wide: true, location: Location::Center, fill: None };
+const FEWER_LAYERS: Form = Form { layers: LAYERS - 1, ..GOOD };
+
+/// One rank has other fields or heights than the scene needs or the other ranks have.
 #[test]
-fn every_field_and_heights_are_agreed_on() {
+fn fields_that_do_not_fit_are_refused_on_all_ranks() {
     let (mesh, grid) = icosahedral(2);
     let locals = locals(mesh, 3, &partitions(mesh.cells(), 3)[1]);
-    let wide = vec![0.5; 4000];
-    type Damage = for<'f> fn(Field<'f>, Field<'f>) -> Fields<'f>;
-    let cases: [(Damage, ErrorKind, &str); 5] = [
+    let (narrow, wide) = (vec![0.5f32; 4000], vec![0.5; 4000]);
+    let (of_field, of_mpi, of_scene) = (ErrorKind::Field, ErrorKind::Mpi, ErrorKind::Scene);
+    let at_corners = format!("\"q\": {} columns, expected 320, one per corner", locals[1].cells.len());
+    let (t, heights) = (("t", GOOD), Some(GOOD));
+    let cases = [
+        (Form { more: 1, ..GOOD }, t, heights, of_field, "\"q\": "),
+        (FEWER_LAYERS, t, heights, of_mpi, "has \"q\" of 3 layers of 64 bits, but \"q\" of 4 "),
+        (Form { is_wide: false, ..GOOD }, t, heights, of_mpi, "has \"q\" of 4 layers of 32 bits"),
+        (Form { fill: Some(7.0), ..GOOD }, t, heights, of_mpi, "has \"q\" with missing values marked by Some(7.0)"),
+        (Form { location: Location::Corner, ..GOOD }, t, heights, of_field, at_corners.as_str()),
         (
-            |good, odd| Fields::new([("q", good), ("t", odd)]).with_heights(good),
-            ErrorKind::Mpi,
+            GOOD,
+            ("t", FEWER_LAYERS),
+            heights,
+            of_mpi,
             "has \"t\" of 3 layers of 64 bits, but \"t\" of 4 layers of 64 bits on rank 0",
         ),
-        (
-            |good, odd| Fields::new([("q", good), ("t", good)]).with_heights(odd),
-            ErrorKind::Mpi,
-            "has heights of 3 layers of 64 bits, but heights of 4 layers",
-        ),
-        (
-            |good, _| Fields::new([("q", good), ("u", good)]).with_heights(good),
-            ErrorKind::Scene,
-            "the scene shows field \"t\", and there is [\"q\", \"u\"]",
-        ),
-        (|good, _| Fields::new([("q", good), ("t", good)]), ErrorKind::Scene, "the scene has heights = \"native\""),
-        (
-            |good, odd| Fields::new([("q", odd), ("t", good)]).with_heights(good),
-            ErrorKind::Mpi,
-            "has \"q\" of 3 layers",
-        ),
+        (GOOD, t, Some(FEWER_LAYERS), of_mpi, "has heights of 3 layers of 64 bits, but heights of 4 layers"),
+        (GOOD, ("u", GOOD), heights, of_scene, "the scene shows field \"t\", and there is [\"q\", \"u\"]"),
+        (GOOD, t, None, of_scene, "the scene has heights = \"native\""),
     ];
-    for (damage, kind, words) in cases {
+    for (q, other, of_heights, kind, words) in cases {
         let refusals = on_nodes(&[0, 1, 0], |ranks| {
             let local = &locals[ranks.rank()];
             let decomposition = decomposition(ranks, &grid, local).unwrap();
-            let of = |layers| at_centers(&wide[..local.cells.len() * layers], layers);
-            let (good, odd) = (of(LAYERS), of(LAYERS - 1));
-            let right = Fields::new([("q", good), ("t", good)]).with_heights(good);
-            let fields = if ranks.rank() == 1 { damage(good, odd) } else { right };
-            refusal(render(ranks, &rich_scene(), &grid, &decomposition, fields))
+            let field = |form: Form| {
+                let samples = if form.is_wide { wide.as_slice().into() } else { narrow.as_slice().into() };
+                let shape = Shape::level_fastest(local.cells.len() + form.more, form.layers);
+                Field::new(samples, shape, form.location, form.fill).unwrap()
+            };
+            let (q, (name, other), of_heights) =
+                if ranks.rank() == 1 { (q, other, of_heights) } else { (GOOD, t, heights) };
+            let fields = Fields::new([("q", field(q)), (name, field(other))]);
+            let fields = match of_heights {
+                Some(heights) => fields.with_heights(field(heights)),
+                None => fields,
+            };
+            let refusal = refusal(render(ranks, &rich_scene(), &grid, &decomposition, fields));
+            render(ranks, &scene(""), &grid, &decomposition, &field(GOOD)).unwrap();
+            refusal
         });
         assert_same_refusal(&refusals, kind, &format!("rank 1: {words}"));
     }

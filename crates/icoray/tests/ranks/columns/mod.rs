@@ -3,10 +3,11 @@
 
 use crate::common::{
     assert_same_refusal, at_centers, bits, difference, icosahedral, laid_out, on_nodes, picture, pictures, refusal,
+    render_decomposed,
 };
 use icoray::{
-    Decomposition, DistributedGrid, Error, ErrorKind, Field, Fields, FrameReport, Grid, IcosahedralMesh, Layers,
-    Location, Owned, OwnedReals, PartCells, Ranks, Rendered, Renderer, Scene, Shape,
+    Decomposition, Error, ErrorKind, Field, Fields, FrameReport, Grid, IcosahedralMesh, Layers, Location, Owned,
+    OwnedReals, PartCells, Ranks, Rendered, Renderer, Scene, Shape,
 };
 use icoray_test_support::Random;
 
@@ -106,8 +107,7 @@ fn render<'f>(
     fields: impl Into<Fields<'f>>,
 ) -> Result<Rendered, Error> {
     assert!(matches!(decomposition, Decomposition::Columns(_)), "{decomposition:?}");
-    let data = DistributedGrid { grid, decomposition: Some(decomposition), layers: &layers() };
-    Renderer::new(1)?.render_decomposed(ranks, scene, data, fields)
+    render_decomposed(ranks, scene, (grid, decomposition), &layers(), fields)
 }
 
 /// Checks that the ranks of each node have copied so many bytes together.
@@ -263,36 +263,4 @@ fn columns_that_do_not_fit_are_refused_on_all_ranks() {
     assert!(found.iter().all(|f| *f == found[0]), "{found:?}");
     let words = "or the whole grid on all ranks, which has 162 cells on rank 0 and 42 on rank 2";
     assert!(found[0].contains(words), "{}", found[0]);
-}
-
-#[test]
-fn fields_that_do_not_fit_are_refused_on_all_ranks() {
-    let (mesh, grid) = icosahedral(2);
-    let locals = locals(mesh, 3, &partitions(mesh.cells(), 3)[1]);
-    let (narrow, wide) = (vec![0.5f32; 4000], vec![0.5; 4000]);
-    let (field, mpi) = (ErrorKind::Field, ErrorKind::Mpi);
-    let at_corners = format!("\"q\": {} columns, expected 320, one per corner", locals[1].cells.len());
-    // Of the odd rank: more columns, of how many layers, wide, where, and how missing values are marked.
-    let cases = [
-        (1, 4, true, Location::Center, None, field, "\"q\": "),
-        (0, 3, true, Location::Center, None, mpi, "has \"q\" of 3 layers of 64 bits, but \"q\" of 4 "),
-        (0, 4, false, Location::Center, None, mpi, "has \"q\" of 4 layers of 32 bits"),
-        (0, 4, true, Location::Center, Some(7.0), mpi, "has \"q\" with missing values marked by Some(7.0)"),
-        (0, 4, true, Location::Corner, None, field, at_corners.as_str()),
-    ];
-    for (more, layers, is_wide, location, fill, kind, words) in cases {
-        let refusals = on_nodes(&[0, 1, 0], |ranks| {
-            let local = &locals[ranks.rank()];
-            let decomposition = decomposition(ranks, &grid, local).unwrap();
-            let good = at_centers(&wide[..local.cells.len() * LAYERS], LAYERS);
-            let shape = Shape::level_fastest(local.cells.len() + more, layers);
-            let samples = if is_wide { wide.as_slice().into() } else { narrow.as_slice().into() };
-            let odd = Field::new(samples, shape, location, fill).unwrap();
-            let field = if ranks.rank() == 1 { &odd } else { &good };
-            let refusal = refusal(render(ranks, &scene(""), &grid, &decomposition, field));
-            render(ranks, &scene(""), &grid, &decomposition, &good).unwrap();
-            refusal
-        });
-        assert_same_refusal(&refusals, kind, &format!("rank 1: {words}"));
-    }
 }

@@ -1,10 +1,10 @@
 //! Pictures of which a device traces some tiles: each pixel is the device's or the CPU's.
 
-use crate::common::{at_centers, columns_of, icosahedral, on_nodes, on_ranks, picture};
+use crate::common::{OneField, at_centers, columns_of, on_nodes, on_ranks, picture};
 use icoray::device::{Band, Device, DeviceCost, DeviceRequest, Devices, FallbackReason, Job, Rect, Traced};
 use icoray::{
-    Adapter, Decomposition, DeviceReport, DistributedGrid, Field, Frame, FrameReport, Grid, Layers, Lights, Owned,
-    PartCells, Renderer, Scene,
+    Adapter, Decomposition, DeviceReport, DistributedGrid, Frame, FrameReport, Lights, Owned, PartCells, Renderer,
+    Scene,
 };
 use std::sync::{Arc, Mutex};
 
@@ -109,27 +109,8 @@ impl Device for Painter {
     }
 }
 
-struct World {
-    grid: Grid<'static>,
-    layers: Layers,
-    values: Vec<f32>,
-}
-
-impl World {
-    fn new() -> Self {
-        let (_, grid) = icosahedral(3);
-        let layers = Layers::from_heights(&[0.0, 10e3, 20e3], 6.371e6).unwrap();
-        let values = (0..grid.cells() * LAYERS).map(|i| (i as f32 * 0.37).sin() + (i % LAYERS) as f32);
-        World { values: values.collect(), layers, grid }
-    }
-
-    fn field(&self) -> Field<'_> {
-        at_centers(&self.values, LAYERS)
-    }
-
-    fn draw(&self, renderer: &Renderer, scene: &Scene) -> Frame {
-        renderer.render(scene, &self.grid, &self.layers, &self.field()).unwrap()
-    }
+fn world() -> OneField {
+    OneField::new(3, LAYERS, |cell, _, layer| (0.37 * (cell * LAYERS + layer) as f64).sin() + layer as f64)
 }
 
 fn scene(keys: &str) -> Scene {
@@ -139,7 +120,7 @@ fn scene(keys: &str) -> Scene {
 fn scene_with(keys: &str, tables: &str) -> Scene {
     let (width, height) = SIZE;
     Scene::parse(&format!(
-        "field = \"q\"\nantialias = false\nexaggeration = 40\n{keys}\n{tables}\n[image]\nwidth = {width}\nheight = {height}\n\
+        "field = \"f\"\nantialias = false\n{keys}\n{tables}\n[image]\nwidth = {width}\nheight = {height}\n\
          [camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n\
          [transfer]\nmap = \"viridis\"\nrange = [-1, 3]\nopacity = [[-1, 0.8], [0, 0.1], [3, 0.9]]\n"
     ))
@@ -163,8 +144,8 @@ fn count_painted(frame: &Frame, alone: &Frame) -> usize {
 
 #[test]
 fn tiles_of_a_device_are_shown_and_the_cpu_draws_the_rest() {
-    let world = World::new();
-    let alone = world.draw(&Renderer::new(2).unwrap(), &scene(""));
+    let world = world();
+    let alone = world.draw(&scene(""), 2);
     assert_eq!(count_painted(&alone, &alone), 0);
     let all = (SIZE.0 * SIZE.1) as usize;
     for (manner, painted, word) in [
@@ -178,7 +159,7 @@ fn tiles_of_a_device_are_shown_and_the_cpu_draws_the_rest() {
         let renderer = Renderer::new(2).unwrap().with_device(Painter::new(manner));
         // The next picture is tried anew.
         for _ in 0..2 {
-            let frame = world.draw(&renderer, &scene(""));
+            let frame = world.draw_by(&renderer, &scene(""));
             let count = count_painted(&frame, &alone);
             assert!(painted.contains(&count), "{manner:?}: {count} pixels");
             let FrameReport { device, counts, .. } = frame.report;
@@ -197,26 +178,14 @@ fn tiles_of_a_device_are_shown_and_the_cpu_draws_the_rest() {
 }
 
 #[test]
-fn unsupported_scenes_go_to_the_cpu_at_once() {
-    let world = World::new();
-    let painter = Painter::new(Manner::All);
-    let renderer = Renderer::new(1).unwrap().with_device(Arc::clone(&painter) as _);
-    let scene = scene("precision = \"f64\"");
-    let frame = world.draw(&renderer, &scene);
-    assert!(frame.report.device.left_to_cpu.unwrap().contains("f64"));
-    assert_eq!(frame.pixels, world.draw(&Renderer::new(1).unwrap(), &scene).pixels);
-    assert!(painter.asked.lock().unwrap().is_empty());
-}
-
-#[test]
 fn light_comes_with_gradients_and_a_budget_is_measured_on_the_device() {
-    let world = World::new();
+    let world = world();
     let lit = |more: &str| scene_with(more, "[light]\nkind = \"headlight\"");
     let painter = Painter::new(Manner::All);
     let renderer = Renderer::new(2).unwrap().with_device(Arc::clone(&painter) as _);
-    let frame = world.draw(&renderer, &lit(""));
+    let frame = world.draw_by(&renderer, &lit(""));
     assert_eq!(frame.report.quality.lights, Lights::Full);
-    let frame = world.draw(&renderer, &lit("time_budget_ms = 60000"));
+    let frame = world.draw_by(&renderer, &lit("time_budget_ms = 60000"));
     let asked = painter.asked.lock().unwrap().clone();
     let gradients = world.grid.cells() * LAYERS;
     assert!(asked.iter().all(|(.., count)| *count == gradients), "{asked:?}");
@@ -229,7 +198,7 @@ fn light_comes_with_gradients_and_a_budget_is_measured_on_the_device() {
     assert_eq!(frame.report.quality.pixel_step, 1);
     assert_eq!(frame.report.device.name.as_deref(), Some("painter"));
     // No time for every pixel: those between are interpolated of the painter's.
-    let frame = world.draw(&renderer, &lit("time_budget_ms = 1"));
+    let frame = world.draw_by(&renderer, &lit("time_budget_ms = 1"));
     assert_eq!(frame.report.device.name.as_deref(), Some("painter"));
     assert!(frame.pixels.iter().enumerate().all(|(i, pixel)| {
         let expected = color(i as u32 % SIZE.0, i as u32 / SIZE.0);
@@ -238,12 +207,17 @@ fn light_comes_with_gradients_and_a_budget_is_measured_on_the_device() {
 }
 
 /// The picture, and the reports of all ranks, of which each draws with a device of its manner.
-fn over_ranks(world: &World, scene: &Scene, manners: &[Option<Manner>], in_columns: bool) -> (Frame, Vec<FrameReport>) {
+fn over_ranks(
+    world: &OneField,
+    scene: &Scene,
+    manners: &[Option<Manner>],
+    in_columns: bool,
+) -> (Frame, Vec<FrameReport>) {
     picture(on_ranks(manners.len(), |ranks| {
         let (rank, size, grid) = (ranks.rank(), ranks.size(), &world.grid);
         let renderer = renderer_with(manners[rank].map(|manner| Painter::new(manner) as _));
         if !in_columns {
-            return renderer.render_over(ranks, scene, grid, &world.layers, &world.field()).unwrap();
+            return world.draw_over(&renderer, scene, ranks).unwrap();
         }
         let own: Vec<usize> = (0..world.grid.cells()).filter(|cell| cell % size == rank).collect();
         let global: Vec<i64> = own.iter().map(|cell| *cell as i64).collect();
@@ -267,9 +241,9 @@ fn renderer_with(device: Option<Arc<dyn Device>>) -> Renderer {
 
 #[test]
 fn ranks_draw_their_tiles_on_devices() {
-    let world = World::new();
+    let world = world();
     let scene = scene("");
-    let alone = world.draw(&Renderer::new(1).unwrap(), &scene);
+    let alone = world.draw(&scene, 1);
     let all = (SIZE.0 * SIZE.1) as usize;
     for in_columns in [false, true] {
         let both = [Some(Manner::All), Some(Manner::Backwards)];
@@ -305,14 +279,15 @@ impl Devices for Shop {
 
 #[test]
 fn a_device_is_opened_once_for_scenes_that_ask_alike() {
-    let world = World::new();
-    let alone = world.draw(&Renderer::new(1).unwrap(), &scene(""));
+    let world = world();
+    let alone = world.draw(&scene(""), 1);
     let shop = Arc::new(Shop::default());
     let renderer = Renderer::new(1).unwrap().with_devices(Arc::clone(&shop) as _);
     let all = (SIZE.0 * SIZE.1) as usize;
     let keys = [
         ("backend = \"cpu\"\ndevice = 13", 0, None),
         ("precision = \"f64\"", 0, Some("f64")),
+        ("backend = \"gpu\"\nprecision = \"f64\"", 0, Some("f64")),
         ("samples = 4", 0, Some("samples = 4")),
         ("", 1, Some("none is in stock")),
         ("backend = \"gpu\"", 2, None),
@@ -321,14 +296,16 @@ fn a_device_is_opened_once_for_scenes_that_ask_alike() {
     ];
     for _ in 0..2 {
         for (keys, opened, reason) in keys {
-            let frame = world.draw(&renderer, &scene(keys));
+            let frame = world.draw_by(&renderer, &scene(keys));
             let said = frame.report.device.left_to_cpu.clone();
             assert_eq!(said.is_some(), reason.is_some(), "{keys}: {said:?}");
             assert!(said.is_none_or(|said| said.contains(reason.unwrap())), "{keys}");
-            let is_drawn = keys.contains("\"gpu\"");
+            let is_drawn = keys.contains("\"gpu\"") && reason.is_none();
             assert_eq!(frame.report.device.name.is_some(), is_drawn, "{keys}");
             if reason.is_none_or(|reason| !keys.contains(reason)) {
                 assert_eq!(count_painted(&frame, &alone), if is_drawn { all } else { 0 }, "{keys}");
+            } else {
+                assert_eq!(frame.pixels, world.draw(&scene(keys), 1).pixels, "{keys}");
             }
             let asked = shop.0.lock().unwrap();
             assert!(asked.len() == opened || asked.len() == 4, "{keys}: {asked:?}");
@@ -348,10 +325,10 @@ fn a_device_is_opened_once_for_scenes_that_ask_alike() {
 
 #[test]
 fn a_renderer_without_devices_reports_a_requested_one() {
-    let world = World::new();
+    let world = world();
     let renderer = Renderer::new(1).unwrap();
     for (keys, word) in [("", None), ("backend = \"cpu\"", None), ("backend = \"gpu\"", Some("without the GPU"))] {
-        let said = world.draw(&renderer, &scene(keys)).report.device.left_to_cpu;
+        let said = world.draw_by(&renderer, &scene(keys)).report.device.left_to_cpu;
         assert_eq!(said.is_some(), word.is_some(), "{keys}");
         assert!(said.is_none_or(|said| said.contains(word.unwrap())), "{keys}");
     }
@@ -359,14 +336,13 @@ fn a_renderer_without_devices_reports_a_requested_one() {
 
 #[test]
 fn ranks_of_a_node_ask_for_different_devices() {
-    let world = World::new();
+    let world = world();
     let scene = scene("backend = \"gpu\"");
     let asked = on_nodes(&[0, 1, 0, 0, 1], |ranks| {
         let shop = Arc::new(Shop::default());
         let renderer = Renderer::new(1).unwrap().with_devices(Arc::clone(&shop) as _);
-        let field = world.field();
         for _ in 0..2 {
-            renderer.render_over(ranks, &scene, &world.grid, &world.layers, &field).unwrap();
+            world.draw_over(&renderer, &scene, ranks).unwrap();
         }
         let asked = shop.0.lock().unwrap();
         asked.iter().map(|wanted| wanted.node_rank).collect::<Vec<usize>>()
@@ -377,12 +353,10 @@ fn ranks_of_a_node_ask_for_different_devices() {
 /// Else some would wait for the others' numbers on their node.
 #[test]
 fn ranks_that_differ_in_who_draws_are_refused() {
-    let world = World::new();
+    let world = world();
     let errors = on_ranks(2, |ranks| {
         let scene = scene(["backend = \"cpu\"", "backend = \"gpu\""][ranks.rank()]);
-        let (renderer, field) = (Renderer::new(1).unwrap(), world.field());
-        let drawn = renderer.render_over(ranks, &scene, &world.grid, &world.layers, &field);
-        drawn.unwrap_err().to_string()
+        world.draw_over(&Renderer::new(1).unwrap(), &scene, ranks).unwrap_err().to_string()
     });
     assert!(errors[0] == errors[1] && errors[0].contains("backend"), "{errors:?}");
 }

@@ -1,6 +1,6 @@
 //! Fragments of which a device traces some tiles: the CPU traces all tiles that it does not return.
 
-use super::{Manner, Painter, World, count_painted, painted, renderer_with, scene};
+use super::{Manner, Painter, count_painted, painted, renderer_with, scene, world};
 use crate::common::{on_ranks, picture};
 use icoray::device::{
     Band, BoundarySignature, Device, DeviceCost, FallbackReason, Fragment, Fragments, Job, OwnedColumns, RayFragments,
@@ -64,13 +64,12 @@ impl Device for PartPainter {
 /// One of two ranks has a device.
 #[test]
 fn fragments_of_a_device_are_sent_and_the_cpu_traces_the_rest() {
-    let world = World::new();
+    let world = world();
     let scene = scene("ranks = \"fragments\"");
     let draw = |device: Option<Arc<dyn Device>>| -> (Frame, FrameReport) {
         let (frame, mut reports) = picture(on_ranks(2, |ranks| {
             let renderer = renderer_with(device.clone().filter(|_| ranks.rank() == 1));
-            let field = world.field();
-            renderer.render_over(ranks, &scene, &world.grid, &world.layers, &field).unwrap()
+            world.draw_over(&renderer, &scene, ranks).unwrap()
         }));
         (frame, reports.remove(1))
     };

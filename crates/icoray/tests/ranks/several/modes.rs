@@ -1,9 +1,7 @@
 //! Scenes of several fields in every mode of the renderer.
 
 use super::*;
-use icoray::device::{Device, DeviceRequest, Devices, FallbackReason};
 use icoray::{Certainty, Lights, Method, Precision, Savings};
-use std::sync::Arc;
 
 struct World {
     grid: Grid<'static>,
@@ -70,25 +68,6 @@ fn a_time_budget_is_kept_and_one_that_is_large_changes_nothing() {
     assert_eq!(hurried.report.bytes_derived, asked.report.bytes_derived - 3 * cells * (LAYERS * 12 + 1));
     let off = hurried.pixels.iter().zip(&asked.pixels).map(|(a, b)| (a[3] - b[3]).abs());
     assert!(off.fold(0.0, f32::max) < 0.5, "opaque where the globe is, clear where it is not");
-}
-
-#[derive(Debug)]
-struct NotAsked;
-
-impl Devices for NotAsked {
-    fn open(&self, _: &DeviceRequest) -> Result<Arc<dyn Device>, FallbackReason> {
-        panic!("the scene cannot be drawn by it")
-    }
-}
-
-#[test]
-fn the_cpu_draws_and_reports_the_reason() {
-    let world = World::new();
-    let scene = scene(FAR, "backend = \"gpu\"", "");
-    let frame = world.draw(renderer().with_devices(Arc::new(NotAsked)), &scene);
-    let reason = frame.report.device.left_to_cpu.unwrap();
-    assert!(reason.contains("f64"), "{reason}");
-    assert_eq!(frame.report.device.name, None);
 }
 
 #[test]

@@ -178,6 +178,22 @@ fn assert_same_probe(found: &Option<Probe>, expected: &Option<Probe>, trying: &s
     }
 }
 
+/// What each rank finds at some places.
+fn probed(
+    spread: &Spread,
+    node_of: &[usize],
+    scene: &Scene,
+    places: &[[f64; 2]],
+    model: impl Fn(&Culled, usize) -> Model + Sync,
+) -> Vec<Vec<Option<Probe>>> {
+    spread.on_nodes(node_of, |ranks, culled, grid, decomposition| {
+        let (model, renderer, layers) = (model(culled, ranks.rank()), Renderer::new(1).unwrap(), layers());
+        let data = DistributedGrid { grid, decomposition: Some(&decomposition.unwrap()), layers: &layers };
+        let probe = |at: &[f64; 2]| renderer.probe_decomposed(ranks, scene, data, model.fields(), *at).unwrap();
+        places.iter().map(probe).collect()
+    })
+}
+
 #[test]
 fn probes_over_nodes_are_those_of_one_process() {
     let (mesh, grid) = icosahedral(3);
@@ -193,16 +209,11 @@ fn probes_over_nodes_are_those_of_one_process() {
             for (k, node_of) in nodes.into_iter().enumerate() {
                 let (partition, owner) = partitions(mesh, node_of.len()).swap_remove((i + k) % 4);
                 let spread = Spread::new(mesh, node_of.len(), &owner);
-                let found = spread.on_nodes(node_of, |ranks, culled, grid, decomposition| {
-                    let (rows, decomposition) = ((&culled.cells[..], &culled.corners[..]), decomposition.unwrap());
+                let found = probed(&spread, node_of, &scene, &places, |culled, rank| {
+                    let rows = (&culled.cells[..], &culled.corners[..]);
                     let mut model = Model::new(mesh, 1, rows, location);
-                    model.spoil(mesh, rows, location, |cell| owner[cell], ranks.rank());
-                    let renderer = Renderer::new(1).unwrap();
-                    let layers = layers();
-                    let data = DistributedGrid { grid, decomposition: Some(&decomposition), layers: &layers };
-                    let probe =
-                        |at: &[f64; 2]| renderer.probe_decomposed(ranks, &scene, data, model.fields(), *at).unwrap();
-                    places.iter().map(probe).collect::<Vec<_>>()
+                    model.spoil(mesh, rows, location, |cell| owner[cell], rank);
+                    model
                 });
                 assert!(found[1..].iter().flatten().all(Option::is_none));
                 for ((found, expected), at) in found[0].iter().zip(&expected).zip(&places) {
@@ -232,14 +243,9 @@ fn probes_find_the_core_below_holes_over_nodes() {
         let expected: Vec<Option<Probe>> = places.iter().map(probe).collect();
         let (partition, owner) = partitions(&mesh, 3).swap_remove(i % 4);
         let owner = without_holes(owner, stays);
-        let found = Spread::new(&mesh, 3, &owner).on_nodes(&[0, 1, 1], |ranks, culled, grid, decomposition| {
-            let decomposition = decomposition.unwrap();
-            let model = Model::new(&mesh, 1, (&culled.cells[..], &culled.corners[..]), Location::Center);
-            let renderer = Renderer::new(1).unwrap();
-            let layers = layers();
-            let data = DistributedGrid { grid, decomposition: Some(&decomposition), layers: &layers };
-            let probe = |at: &[f64; 2]| renderer.probe_decomposed(ranks, &scene, data, model.fields(), *at).unwrap();
-            places.iter().map(probe).collect::<Vec<_>>()
+        let spread = Spread::new(&mesh, 3, &owner);
+        let found = probed(&spread, &[0, 1, 1], &scene, &places, |culled, _| {
+            Model::new(&mesh, 1, (&culled.cells[..], &culled.corners[..]), Location::Center)
         });
         for ((found, expected), at) in found[0].iter().zip(&expected).zip(&places) {
             assert_same_probe(found, expected, &format!("{hole}, {partition}, {at:?}"));

@@ -1,7 +1,7 @@
 //! Scenes of several fields over ranks: the picture of one process.
 
 use super::*;
-use crate::common::{assert_same_refusal, at_centers, level_fastest, on_ranks, picture, refusal};
+use crate::common::{assert_same_refusal, at_centers, level_fastest, on_ranks, picture, refusal, render_decomposed};
 use crate::spread::{Spread, partitions};
 use icoray::{Decomposition, DistributedGrid, Error, ErrorKind, Owned, PartCells, Rendered};
 use icoray_test_support::Random;
@@ -103,9 +103,9 @@ fn surfaces_of_a_value_that_stays_are_met_once() {
         assert_eq!(differ(&whole, &sure), 0, "rises: {rises}, of {}", shown(&sure));
         for (partition, owner) in &partitions(mesh, 3)[1..3] {
             let (frame, _) = picture(Spread::new(mesh, 3, owner).each(|ranks, culled, grid, decomposition| {
-                let (renderer, values) = (Renderer::new(1).unwrap(), values(&culled.cells));
-                let data = DistributedGrid { grid, decomposition: Some(&decomposition.unwrap()), layers: &layers() };
-                renderer.render_decomposed(ranks, &scene, data, &at_centers(&values, INTERFACES)).unwrap()
+                let values = values(&culled.cells);
+                let field = at_centers(&values, INTERFACES);
+                render_decomposed(ranks, &scene, (grid, &decomposition.unwrap()), &layers(), &field).unwrap()
             }));
             assert_eq!(differ(&frame, &sure), 0, "rises: {rises}, {partition}");
         }
@@ -127,7 +127,7 @@ fn bad_data_on_one_rank_are_the_error_of_all() {
     fn g(m: &Model, columns: usize, layers: usize) -> Option<Field<'_>> {
         Some(at_centers(&m.g[..columns * layers], layers))
     }
-    let cases: [(&str, Damage, ErrorKind, &str); 9] = [
+    let cases: [(&str, Damage, ErrorKind, &str); 10] = [
         ("none", |of, _| with(of, "g", None), ErrorKind::Scene, "the scene shows field \"g\""),
         ("columns", |of, m| with(of, "g", g(m, m.cells - 1, INTERFACES)), ErrorKind::Field, "\"g\": "),
         (
@@ -170,6 +170,16 @@ fn bad_data_on_one_rank_are_the_error_of_all() {
             ErrorKind::Layers,
             "heights: cell ",
         ),
+        (
+            "higher heights",
+            |of, m| {
+                let mut heights = m.heights.clone();
+                heights[LAYERS] = 9e4;
+                of.with_heights(at_centers(heights.leak(), INTERFACES))
+            },
+            ErrorKind::Mpi,
+            "has heights of the lowest and highest layers",
+        ),
     ];
     let mut scene = scene(FAR, "", "");
     scene.scenery.heights = Heights::Native;
@@ -186,32 +196,5 @@ fn bad_data_on_one_rank_are_the_error_of_all() {
             refusal
         });
         assert_same_refusal(&refusals, kind, &format!("rank 1: {words}"));
-    }
-}
-
-/// Ranks that draw tiles have the same values of all fields, and the same heights.
-#[test]
-fn other_values_beside_the_first_field_are_noticed() {
-    let (mesh, grid) = icosahedral(2);
-    let mut scene = scene(FAR, "", "");
-    scene.scenery.heights = Heights::Native;
-    type Change = fn(&mut Model);
-    let cases: [(Change, &str); 2] = [
-        (
-            |model| model.g[3] = 99.0,
-            "rank 1: has of the whole grid (ranks with parts call icoray_part_set) \"g\" with values of hash ",
-        ),
-        (|model| model.heights[INTERFACES - 1] = 9e4, "rank 1: has heights of the lowest and highest layers"),
-    ];
-    for (change, words) in cases {
-        let refusals = on_ranks(2, |ranks| {
-            let mut model = Model::whole(mesh, 0, Location::Corner);
-            if ranks.rank() == 1 {
-                change(&mut model);
-            }
-            let renderer = Renderer::new(1).unwrap();
-            refusal(renderer.render_over(ranks, &scene, &grid, &layers(), model.fields()))
-        });
-        assert_same_refusal(&refusals, ErrorKind::Mpi, words);
     }
 }

@@ -8,20 +8,25 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The node of this rank: a group of ranks that share memory, identified by its lowest rank, its leader. A rank knows
 /// of other nodes only what it asks for ([`Self::partners`]).
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Nodes {
+pub(crate) struct NodeRanks {
     /// The ranks of the node, in rising order.
     mates: Vec<usize>,
     /// This rank's index among them.
     place: usize,
 }
 
-impl Nodes {
+impl NodeRanks {
     /// Finds the ranks of this one's node. Collective.
     pub fn find(ranks: &mut Ranks) -> Result<Self> {
         let found = ranks.team.as_mut().map_or_else(|| Ok(vec![0]), |team| team.memory_mates());
         let mates = ranks.collective(found)?;
         let place = mates.iter().take_while(|mate| **mate < ranks.rank()).count();
-        Ok(Nodes { mates, place })
+        Ok(NodeRanks { mates, place })
+    }
+
+    /// One rank that shares its memory with no other.
+    pub fn alone(rank: usize) -> Self {
+        NodeRanks { mates: vec![rank], place: 0 }
     }
 
     pub fn leader(&self) -> usize {
@@ -37,20 +42,26 @@ impl Nodes {
         self.mates.binary_search(&rank).is_ok()
     }
 
+    /// All of them, in rising order.
     pub fn mates(&self) -> &[usize] {
         &self.mates
     }
 
-    /// Whether this is the rank of its node that asks `rank`, of another node, on behalf of all: mates have equal shares.
-    pub fn asks(&self, rank: usize) -> bool {
-        rank % self.mates.len() == self.place
+    /// This rank's index among them.
+    pub fn place(&self) -> usize {
+        self.place
+    }
+
+    /// Whether the thing `number` is this rank's where mates divide work: they have equal shares.
+    pub fn has_share(&self, number: usize) -> bool {
+        number % self.mates.len() == self.place
     }
 
     /// For each of the ranks `others` of other nodes one of them on its node, with which this rank exchanges data: the
     /// same for all of a node. Mates have different ones, as far as there are enough. `others` are equal on all mates.
     /// Collective.
     pub fn partners(&self, ranks: &mut Ranks, others: &BTreeSet<usize>) -> Result<BTreeMap<usize, usize>> {
-        let asked = others.iter().filter(|other| self.asks(**other)).map(|other| (*other, vec![0]));
+        let asked = others.iter().filter(|other| self.has_share(**other)).map(|other| (*other, vec![0]));
         let asking = ranks.exchange(asked.collect())?;
         let answers = ranks.exchange(asking.into_keys().map(|rank| (rank, encode(&self.leader()))).collect())?;
         let leaders: Vec<(usize, Vec<u8>)> = answers.into_iter().collect();

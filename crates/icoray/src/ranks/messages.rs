@@ -1,16 +1,95 @@
-//! Messages over the non-blocking requests of MPI, over any binding. No call waits in MPI, which would occupy a
-//! processor.
+//! Messages from one rank to another, and those over the non-blocking requests of MPI, over any binding. No call waits
+//! in MPI, which would occupy a processor.
 
-use super::{Messages, PointToPoint};
-use icoray_grid::Result;
+use super::NAP;
+use icoray_grid::{Error, ErrorKind, Result};
 use std::collections::VecDeque;
 use std::fmt;
 use std::mem::{forget, take};
+use std::thread::{sleep, yield_now};
+use std::time::{Duration, Instant};
+
+/// Time for which a waiting rank yields the processor before it sleeps.
+const EAGER: Duration = Duration::from_micros(100);
+
+/// Yields the processor, or sleeps if this rank has waited for some time since `since`.
+pub(super) fn pause(since: Instant) {
+    if since.elapsed() < EAGER { yield_now() } else { sleep(NAP) }
+}
+
+/// The error of a call after MPI was finalised or a rank has left.
+pub(super) fn gone() -> Error {
+    Error::new(ErrorKind::Mpi, "ranks cannot be reached any more")
+}
+
+/// Messages between ranks. Messages from one rank to another arrive in order.
+///
+/// # Errors
+/// All methods: [`ErrorKind::Mpi`] when the transport itself fails. Then it is unusable.
+#[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+pub trait Messages: Send {
+    /// Whether ranks can be reached no more. Not collective.
+    fn is_gone(&self) -> bool {
+        false
+    }
+
+    /// Marks that a rank has left. Not collective.
+    fn give_up(&mut self) {}
+
+    /// Starts to send a message of at most 2^31 - 1 bytes to another rank; returns at once.
+    fn send(&mut self, to: usize, bytes: Vec<u8>) -> Result<()>;
+
+    /// Progresses the messages that this rank is sending; returns whether all are sent, as by default at once.
+    fn is_sent(&mut self) -> Result<bool> {
+        Ok(true)
+    }
+
+    /// A message that has arrived, with the number of the rank that sent it.
+    fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>>;
+
+    /// As [`Self::try_receive`], after waiting for a message.
+    fn receive(&mut self) -> Result<(usize, Vec<u8>)> {
+        let start = Instant::now();
+        loop {
+            if let Some(message) = self.try_receive()? {
+                return Ok(message);
+            }
+            if self.is_gone() {
+                return Err(gone());
+            }
+            pause(start);
+        }
+    }
+
+    /// Whether all ranks have called this since it last returned true. Called again until it does. By default ranks
+    /// cannot meet: [`ErrorKind::Unsupported`].
+    fn try_meet(&mut self) -> Result<bool> {
+        Err(Error::new(ErrorKind::Unsupported, "these ranks cannot meet"))
+    }
+
+    /// Waits until all ranks have called this.
+    fn meet(&mut self) -> Result<()> {
+        let start = Instant::now();
+        while !self.try_meet()? {
+            if self.is_gone() {
+                return Err(gone());
+            }
+            pause(start);
+        }
+        Ok(())
+    }
+
+    /// Messages between the same ranks, separate from these. Collective. By default there are none:
+    /// [`ErrorKind::Unsupported`].
+    fn duplicate(&mut self) -> Result<Box<dyn Messages>> {
+        Err(Error::new(ErrorKind::Unsupported, "these ranks cannot render in the background"))
+    }
+}
 
 /// The non-blocking calls of a communicator reserved for this queue, and the groups of its ranks.
 ///
 /// # Errors
-/// All methods: [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the call fails.
+/// All methods: [`ErrorKind::Mpi`] when the call fails.
 #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
 pub trait Communicator: fmt::Debug + Send + Sized + 'static {
     /// A request, with the bytes that are read or written until it is complete.
@@ -54,7 +133,7 @@ pub trait Communicator: fmt::Debug + Send + Sized + 'static {
 
 /// Messages in flight on a communicator.
 #[derive(Debug)]
-pub struct MessageQueue<C: Communicator> {
+pub(super) struct MessageQueue<C: Communicator> {
     comm: C,
     sending: VecDeque<C::Pending>,
     /// Messages being received, in the order in which each rank sent them.
@@ -64,28 +143,18 @@ pub struct MessageQueue<C: Communicator> {
 }
 
 impl<C: Communicator> MessageQueue<C> {
-    /// Messages on `comm`.
     pub fn new(comm: C) -> Self {
         MessageQueue { comm, sending: VecDeque::new(), receiving: VecDeque::new(), barrier: None }
-    }
-
-    /// The communicator.
-    pub fn comm(&self) -> &C {
-        &self.comm
     }
 }
 
 impl<C: Communicator> Messages for MessageQueue<C> {
-    fn rank(&self) -> usize {
-        self.comm.rank()
-    }
-
-    fn size(&self) -> usize {
-        self.comm.size()
-    }
-
     fn is_gone(&self) -> bool {
         self.comm.is_gone()
+    }
+
+    fn give_up(&mut self) {
+        self.comm.give_up();
     }
 
     fn send(&mut self, to: usize, bytes: Vec<u8>) -> Result<()> {
@@ -113,9 +182,7 @@ impl<C: Communicator> Messages for MessageQueue<C> {
         let complete = is_done.then(|| self.receiving.pop_front()).flatten();
         complete.map(|(rank, first)| Ok((rank, self.comm.bytes_of(first)?))).transpose()
     }
-}
 
-impl<C: Communicator> PointToPoint for MessageQueue<C> {
     fn try_meet(&mut self) -> Result<bool> {
         let mut barrier = match self.barrier.take() {
             Some(barrier) => barrier,
@@ -124,6 +191,10 @@ impl<C: Communicator> PointToPoint for MessageQueue<C> {
         let have_met = self.comm.is_done(&mut barrier)?;
         self.barrier = (!have_met).then_some(barrier);
         Ok(have_met)
+    }
+
+    fn duplicate(&mut self) -> Result<Box<dyn Messages>> {
+        Ok(Box::new(MessageQueue::new(self.comm.duplicate()?)))
     }
 }
 
