@@ -57,24 +57,23 @@ impl<'b> Bands<'b> {
         in_parts: bool,
     ) -> Result<Self, FallbackReason> {
         let (ctx, pipelines) = (picture.ctx, picture.pipelines);
-        // A band whose fragments exceed their buffer is traced twice.
         let contents = contents(picture.job, in_parts);
-        let (name, scene_layout, label, ray_bytes, runs) = match (in_parts, contents.scenery) {
-            (true, false) => ("parts", &pipelines.parts, "rays through a part", size_of::<Passed>(), 2),
-            (true, true) => ("parts", &pipelines.scene_parts, "rays through a part", size_of::<Passed>(), 2),
-            (false, false) => ("picture", &pipelines.picture, "pixels", size_of::<Pixel>(), 1),
-            (false, true) => ("picture", &pipelines.scene, "pixels", size_of::<Pixel>(), 1),
+        // A band whose fragments exceed their buffer is traced twice.
+        let (name, layouts, label, ray_bytes, runs) = match in_parts {
+            true => ("parts", &pipelines.parts, "rays through a part", size_of::<Passed>(), 2),
+            false => ("picture", &pipelines.picture, "pixels", size_of::<Pixel>(), 1),
         };
+        let scene_layout = &layouts[usize::from(contents.scenery)];
         let shader = (name, contents, scene_layout);
         let constants = [picture.constants(in_parts), field.constants()].concat();
         let pipeline = pipelines.get(ctx, shader, field.layout.pages, constants)?;
         let params = field.params(picture);
         let (list, pieces) = split(picture, tiles);
-        let uniform = ctx.pooled_uniform("params", &params)?;
+        let uniform = ctx.pooled_data("params", &[params], BufferUsages::UNIFORM)?;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let output = ctx.pooled(label, max_rays(&list, tiles) * ray_bytes, usage)?;
         let bytes = size_of_val(pieces.as_slice()) as u64;
-        let pieces = ctx.pooled_storage("pieces", &pieces)?;
+        let pieces = ctx.pooled_data("pieces", &pieces, BufferUsages::STORAGE)?;
         let group = picture.group(&field.cells, [&uniform, &pieces, &output])?;
         let [values, gradients] = field.groups(ctx)?;
         let timestamps = Timestamps::new(ctx, runs * list.len())?;

@@ -11,6 +11,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use wgpu::BufferUsages;
 
 /// Size of a field in bytes above which its cells are culled.
 const LARGE: usize = 4 << 20;
@@ -199,6 +200,6 @@ impl Culling {
         for (place, cell) in (0..).zip(&list) {
             places[*cell as usize] = place;
         }
-        Ok(CellSet::new(list, Some(ctx.pooled_storage("places of columns", &places)?)))
+        Ok(CellSet::new(list, Some(ctx.pooled_data("places of columns", &places, BufferUsages::STORAGE)?)))
     }
 }

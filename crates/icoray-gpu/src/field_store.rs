@@ -201,13 +201,13 @@ fn compute_gradients(picture: &Picture, field: &DeviceField, rests: &[PooledBuff
     let (triangles, bytes) = picture.mesh.cell_triangles(ctx, picture.job.grid())?;
     let shader = ("gradient", Contents::default(), &pipelines.gradient);
     let pipeline = pipelines.get(ctx, shader, field.layout.pages, field.constants())?;
-    let params = ctx.pooled_uniform("params", &field.params(picture))?;
+    let params = ctx.pooled_data("params", &[field.params(picture)], BufferUsages::UNIFORM)?;
     // The shader reads neither pieces nor pixels.
     let pieces = ctx.pooled("no pieces", 0, BufferUsages::STORAGE)?;
     let pixels = ctx.pooled("no pixels", 0, BufferUsages::STORAGE)?;
     let tables = picture.group(cells, [&params, &pieces, &pixels])?;
     let cells_of_columns = match cells.places {
-        Some(_) => ctx.pooled_storage("cells of columns", &cells.list)?,
+        Some(_) => ctx.pooled_data("cells of columns", &cells.list, BufferUsages::STORAGE)?,
         None => ctx.pooled("no cells", 0, BufferUsages::STORAGE)?,
     };
     let values = page_group(ctx, &field.pages)?;
@@ -217,7 +217,7 @@ fn compute_gradients(picture: &Picture, field: &DeviceField, rests: &[PooledBuff
         let first = page * columns;
         let columns = columns.min(cells.list.len() - first);
         let around = Around { first: first as u32, columns: columns as u32, row: triangles.row };
-        let around = ctx.pooled_uniform("around cells", &around)?;
+        let around = ctx.pooled_data("around cells", &[around], BufferUsages::UNIFORM)?;
         let buffers = [&*around, &triangles.buffer, &cells_of_columns, gradients];
         let own = bind_group(ctx, &pipelines.gradient, buffers)?;
         let workgroups = ((columns * layers) as u32).div_ceil(WORKGROUP);

@@ -3,7 +3,7 @@
 use crate::context::Context;
 use crate::pipelines::{bind_group, compile, dispatch};
 use crate::readback::Readback;
-use crate::shader;
+use crate::shader::{self, Contents};
 use crate::timestamps::Timestamps;
 use icoray::device::FallbackReason;
 use std::time::Instant;
@@ -106,7 +106,7 @@ fn flops(ctx: &Context) -> Result<f64, FallbackReason> {
 
 /// Seconds of a pass of `shaders/measure/NAME.wgsl`, by the device's clock if it has one.
 fn pass_seconds(ctx: &Context, name: &str, buffers: &[&wgpu::Buffer], count: u64) -> Result<f64, FallbackReason> {
-    let text = shader::compose(&format!("measure/{name}"));
+    let text = shader::compose(&format!("measure/{name}"), Contents::default(), 1);
     let pipeline = compile(ctx, name, text, None, &[])?;
     let group = bind_group(ctx, &pipeline.get_bind_group_layout(0), buffers.iter().copied())?;
     let mut min = f64::INFINITY;

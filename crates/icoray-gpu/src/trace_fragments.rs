@@ -47,7 +47,7 @@ impl<'t> FragmentTrace<'t> {
         let bands = Bands::new(picture, field, tiles, true)?;
         let owned = bits(own.triangles);
         let owned_bytes = size_of_val(owned.as_slice()) as u64;
-        let owned = picture.ctx.pooled_storage("own triangles", &owned)?;
+        let owned = picture.ctx.pooled_data("own triangles", &owned, BufferUsages::STORAGE)?;
         let part = part(own, picture.job.extent()[0]);
         Ok(FragmentTrace { picture, bands, part, scene: picture.scene_buffers()?, owned_bytes, owned })
     }
@@ -79,7 +79,8 @@ impl<'t> FragmentTrace<'t> {
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let bytes = COUNT_BYTES + capacity * size_of::<layout::Fragment>();
         let buffer = ctx.pooled("fragments", bytes, usage)?;
-        let part = ctx.pooled_storage("part", &[layout::Part { max_fragments: capacity as u32, ..self.part }])?;
+        let part = layout::Part { max_fragments: capacity as u32, ..self.part };
+        let part = ctx.pooled_data("part", &[part], BufferUsages::STORAGE)?;
         let buffers = self.scene.iter().chain([&part, &self.owned, &buffer]).map(|buffer| &**buffer);
         let group = bind_group(ctx, self.bands.scene_layout, buffers)?;
         Ok(FragmentBuffer { capacity, buffer, group, _part: part })

@@ -2,7 +2,7 @@
 //! by numbers (`functions.rs`, `light.rs`) and by pictures.
 
 use icoray_gpu::layout::{Clip, Fragment, Isosurface, LAYOUTS, Material, Passed, Pixel, SurfaceLayer};
-use icoray_gpu::shader::{Contents, SOURCES, compose, compose_for};
+use icoray_gpu::shader::{Contents, SOURCES, compose};
 use icoray_grid::real::Real;
 use icoray_kernel::lit::{HALVINGS_ALONG, HALVINGS_AT_START, Lit};
 use icoray_kernel::piece;
@@ -17,7 +17,7 @@ const SCENES: [Contents; 3] = [
 ];
 
 fn parse(name: &str) -> Module {
-    parse_text(name, &compose(name))
+    parse_text(name, &compose(name, Contents::default(), 1))
 }
 
 fn parse_text(name: &str, text: &str) -> Module {
@@ -33,14 +33,14 @@ fn every_shader_parses_and_validates() {
             name if name.starts_with("kernel/general") => SCENES[0],
             _ => Contents::default(),
         };
-        validate(name, &compose_for(name, contents, 1));
+        validate(name, &compose(name, contents, 1));
     }
 }
 
 /// Code that a scene does not need is not in its shader.
 #[test]
 fn shaders_have_the_code_of_their_scenes() {
-    let named = |contents, function: &str| compose_for("picture", contents, 1).contains(&format!("fn {function}("));
+    let named = |contents, function: &str| compose("picture", contents, 1).contains(&format!("fn {function}("));
     for (function, expected) in
         [("trace", [true; 3]), ("clips_behind", [false, true, true]), ("map_cut", [false, false, true])]
     {
@@ -69,7 +69,7 @@ fn a_shader_has_the_requested_number_of_pages() {
         ("gradient", Contents::default(), "rests"),
     ] {
         for pages in [1, 2, 7, 16] {
-            let text = compose_for(shader, contents, pages);
+            let text = compose(shader, contents, pages);
             validate(shader, &text);
             for page in 0..pages {
                 for (group, name) in [(1, "field"), (3, beside)] {
@@ -117,7 +117,7 @@ fn layout<'m>(module: &'m Module, name: &str) -> Option<(usize, Vec<(&'m str, us
 
 #[test]
 fn structs_have_the_same_layout_in_rust_and_wgsl() {
-    let scene = parse_text("scene", &compose_for("picture", SCENES[1], 1));
+    let scene = parse_text("scene", &compose("picture", SCENES[1], 1));
     let modules = [parse("picture"), parse("parts"), parse("gradient"), scene];
     assert_eq!(LAYOUTS.len(), 18);
     for (name, size, members) in LAYOUTS {
@@ -157,7 +157,7 @@ fn constants_are_those_of_rust() {
     {
         assert_eq!(constant(&parse("parts"), name), f64::from(value), "{name}");
     }
-    let scene = &parse_text("scene", &compose_for("picture", SCENES[1], 1));
+    let scene = &parse_text("scene", &compose("picture", SCENES[1], 1));
     for (name, value) in [
         ("HAS_HALF_SPACE", Clip::HAS_HALF_SPACE),
         ("HAS_SHELL", Clip::HAS_SHELL),

@@ -1,14 +1,14 @@
 //! The functions reachable from a shader's entry point under given override constants: a scene's shader has no code
 //! that the scene does not need.
 
-use icoray_gpu::shader::compose;
+use icoray_gpu::shader::{Contents, compose};
 use naga::back::pipeline_constants::process_overrides;
 use naga::{Block, Expression, Function, Handle, Literal, Module, ShaderStage, Statement};
 use std::collections::BTreeSet;
 
 /// The names of functions that the picture's entry point reaches.
 fn reached(constants: &[(&str, f64)]) -> BTreeSet<String> {
-    let module = naga::front::wgsl::parse_str(&compose("picture")).unwrap();
+    let module = naga::front::wgsl::parse_str(&compose("picture", Contents::default(), 1)).unwrap();
     let mut validator = naga::valid::Validator::new(Default::default(), naga::valid::Capabilities::empty());
     let info = validator.validate(&module).unwrap();
     let constants = constants.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
