@@ -31,6 +31,8 @@ pub(crate) struct Bands<'b> {
     pub ctx: &'b Context,
     pub tiles: &'b [Tile],
     pub list: Vec<Band>,
+    /// Largest number of rays of a band.
+    pub max_rays: usize,
     /// Bytes that were uploaded.
     pub bytes: u64,
     pipeline: wgpu::ComputePipeline,
@@ -71,7 +73,8 @@ impl<'b> Bands<'b> {
         let (list, pieces) = split(picture, tiles);
         let uniform = ctx.pooled_data("params", &[params], BufferUsages::UNIFORM)?;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
-        let output = ctx.pooled(label, max_rays(&list, tiles) * ray_bytes, usage)?;
+        let max_rays = list.iter().map(|band| rays(&tiles[band.tiles.clone()])).max().unwrap_or(0);
+        let output = ctx.pooled(label, max_rays * ray_bytes, usage)?;
         let bytes = size_of_val(pieces.as_slice()) as u64;
         let pieces = ctx.pooled_data("pieces", &pieces, BufferUsages::STORAGE)?;
         let group = picture.group(&field.cells, [&uniform, &pieces, &output])?;
@@ -81,6 +84,7 @@ impl<'b> Bands<'b> {
             ctx,
             tiles,
             list,
+            max_rays,
             bytes,
             pipeline,
             groups: [group, values, gradients],
@@ -92,10 +96,6 @@ impl<'b> Bands<'b> {
             timestamps,
             scene_layout,
         })
-    }
-
-    pub fn max_rays(&self) -> usize {
-        max_rays(&self.list, self.tiles)
     }
 
     /// Submits a band with bind group 2 and the readback of its results. `before` encodes commands that precede it.
@@ -130,10 +130,6 @@ impl<'b> Bands<'b> {
 
 fn rays(tiles: &[Tile]) -> usize {
     tiles.iter().map(|(_, tile)| tile.pixels()).sum()
-}
-
-fn max_rays(bands: &[Band], tiles: &[Tile]) -> usize {
-    bands.iter().map(|band| rays(&tiles[band.tiles.clone()])).max().unwrap_or(0)
 }
 
 /// Groups tiles into bands, and cuts them into pieces.

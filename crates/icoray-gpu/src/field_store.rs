@@ -149,7 +149,7 @@ impl FieldStore {
             } else if field.gradient_key.is_some() {
                 let (words, usage) = (count.div_ceil(2), BufferUsages::STORAGE | BufferUsages::COPY_DST);
                 let page = ctx.pooled("page of last digits", words * 2 * REST_BYTES, usage)?;
-                self.staging.fill(ctx, &page, words, |first, words: &mut [[i16; 2]]| {
+                self.staging.fill(ctx, &page, words, |first, words| {
                     let digits: &mut [i16] = bytemuck::cast_slice_mut(words);
                     let end = digits.len().min(count - 2 * first);
                     job.residuals(&columns, layers.clone(), 2 * first, &mut digits[..end]);
@@ -184,7 +184,7 @@ impl FieldStore {
             if gradient.is_nan() { 0.0 } else { gradient.clamp(-MAX_GRADIENT, MAX_GRADIENT) }
         };
         let count = 3 * columns.len() * layers.len();
-        self.staging.fill(picture.ctx, page, count, |first, components: &mut [f32]| {
+        self.staging.fill(picture.ctx, page, count, |first, components| {
             (first..).zip(components).for_each(|(at, gradient)| *gradient = component(at));
         })
     }

@@ -2,7 +2,7 @@
 
 use crate::context::Context;
 use crate::culling::CellSet;
-use crate::layout::{Params, Shading, ShellLayer, Span, Step, halves, halves3};
+use crate::layout::{Params, Shading, ShellLayer, Span, Step, halves, halves3, lit};
 use crate::mesh::DeviceMesh;
 use crate::pieces::RayEntries;
 use crate::pipelines::{Constants, Pipelines, bind_group};
@@ -13,10 +13,6 @@ use icoray::device::{self, BudgetTable, ENDLESS, FallbackReason, Job};
 use icoray::{Lights, Method};
 use std::sync::Arc;
 use wgpu::BufferUsages;
-
-/// Largest number of bisections of a piece of a ray for the accuracy of its light: `MAX_CUTS` of
-/// `shaders/kernel/lit.wgsl`.
-const MAX_CUTS: u32 = 20;
 
 /// A picture and the data besides the field that its rays read on the device.
 pub(crate) struct Picture<'p> {
@@ -172,7 +168,7 @@ fn shading(job: &Job) -> Option<Shading> {
         shininess: ray.shininess,
         sharpness: ray.sharpness,
         is_headlight: u32::from(shading.towards_light.is_none()),
-        max_cuts: if job.quality().lights == Lights::Coarse { 0 } else { MAX_CUTS },
+        max_cuts: if job.quality().lights == Lights::Coarse { 0 } else { lit::MAX_CUTS },
         padding: [0; 3],
     })
 }

@@ -11,7 +11,6 @@ mod pictures;
 mod shaders;
 #[path = "../../../icoray/tests/suite/spread/mod.rs"]
 mod spread;
-mod variants;
 
 // Imported by `culled`.
 use icoray::{Grid, GridTables, IcosahedralMesh, LonLat};

@@ -77,18 +77,6 @@ impl Model {
         Model { layers: Layers::from_heights(heights, 1.0).unwrap(), values, heights: Vec::new(), mesh, grid }
     }
 
-    /// The layers follow the ground, whose height at a direction `ground` gives, and get even upwards.
-    #[must_use]
-    pub fn over(mut self, ground: impl Fn(DVec3) -> f64) -> Self {
-        let mean: Vec<f64> = self.layers.radius_m().iter().map(|radius| radius - 1.0).collect();
-        let top = mean[mean.len() - 1];
-        let height = |cell: usize, layer: usize| {
-            mean[layer] + ground(self.grid.direction(cell as u32)) * (1.0 - mean[layer] / top)
-        };
-        self.heights = over_columns(self.grid.cells(), mean.len(), height);
-        self
-    }
-
     pub fn fields(&self) -> Fields<'_> {
         let layers = |values: usize| values / self.grid.cells();
         let fields = self.values.iter().map(|values| at_centers(values, layers(values.len())));

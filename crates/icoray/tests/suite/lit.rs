@@ -1,7 +1,7 @@
 //! Lit volumes beside surfaces, isosurfaces, other volumes and cuts, and over layers at heights of their own: no pixel
 //! is farther from the same picture at a far finer tolerance than both errors, and none is over its tolerance.
 
-use crate::common::{Model, even_heights, pixel_difference, scene_of};
+use crate::common::{Model, even_heights, over_columns, pixel_difference, scene_of};
 use icoray::{Frame, Precision, Scene};
 use icoray_test_support as support;
 use itertools::iproduct;
@@ -11,13 +11,17 @@ const FINEST: f64 = 1e-7;
 
 /// Two fields with extrema inside of columns.
 fn waves(level: u32) -> Model {
-    let model = Model::new(level, &even_heights(LAYERS, 0.15), |_, d, layer| {
-        let up = layer as f64 / (LAYERS - 1) as f64;
+    let up = |layer: usize| layer as f64 / (LAYERS - 1) as f64;
+    let mut model = Model::new(level, &even_heights(LAYERS, 0.15), |_, d, layer| {
         [0.3, 1.9].map(|phase| {
-            (6.0 * d.x + phase).sin() * (5.0 * d.y - phase).cos() + 0.7 * (9.0 * up + 4.0 * d.z + phase).sin()
+            (6.0 * d.x + phase).sin() * (5.0 * d.y - phase).cos() + 0.7 * (9.0 * up(layer) + 4.0 * d.z + phase).sin()
         })
     });
-    model.over(|d| 0.03 * (1.0 + (8.0 * d.y).sin()))
+    // Layers follow mountains and get even upwards.
+    let mountain = |cell: usize| 0.03 * (1.0 + (8.0 * model.grid.direction(cell as u32).y).sin());
+    let height = |cell: usize, layer: usize| 0.15 * up(layer) + mountain(cell) * (1.0 - up(layer));
+    model.heights = over_columns(model.grid.cells(), LAYERS, height);
+    model
 }
 
 /// What is shown beside the volume of `f`.

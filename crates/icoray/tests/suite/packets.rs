@@ -2,11 +2,11 @@
 //! heights of their own over each cell, and scenes of more than one volume.
 
 use crate::common::{
-    Model, at_centers, bits, columns_of, count_beyond, difference, even_heights, laid_out, over_columns,
-    pixel_difference, scene_of,
+    Model, at_centers, bits, columns_of, count_beyond, difference, even_heights, over_columns, pixel_difference,
+    scene_of,
 };
 use crate::culled::{Culled, Mark, Style, holes};
-use icoray::{Field, Fields, Heights, Layers, Location, Precision, Reals, Renderer, Savings, Scene, Shape};
+use icoray::{Fields, Heights, Layers, Precision, Renderer, Savings, Scene};
 use itertools::iproduct;
 
 const LAYERS: usize = 12;
@@ -201,35 +201,6 @@ fn threads_change_no_bit() {
         let [one, three] = [1, 3].map(|threads| bits(&model.draw_by(&Renderer::new(threads).unwrap(), &scene)));
         assert!(one == three, "{i}");
     }
-}
-
-/// Heights in both precisions and in all layouts: the same bits.
-#[test]
-fn heights_are_read_wherever_they_lie() {
-    let model = waves(3, LAYERS);
-    let cells = model.grid.cells();
-    let draw = |shape: Shape, array: Reals, is_falling: bool| {
-        let (mut mean, mut values) = (even_heights(LAYERS, TOP), model.values[0].clone());
-        if is_falling {
-            mean.reverse();
-            values.chunks_exact_mut(LAYERS).for_each(<[f32]>::reverse);
-        }
-        let layers = Layers::from_heights(&mean, 1.0).unwrap();
-        let heights = Field::new(array, shape, Location::Center, None).unwrap();
-        let fields = Fields::new([("f", at_centers(&values, LAYERS))]).with_heights(heights);
-        let scene = scene(THIN, CORES[0], CAMERAS[0], "");
-        bits(&Renderer::new(2).unwrap().render(&scene, &model.grid, &layers, fields).unwrap())
-    };
-    let level_fastest = Shape::level_fastest(cells, LAYERS);
-    let expected = draw(level_fastest, model.heights.as_slice().into(), false);
-    for shape in [level_fastest, Shape::cell_fastest(cells, LAYERS), Shape::blocked(cells, LAYERS, 7)] {
-        let double = laid_out(&shape, f64::NAN, |cell, layer| model.heights[cell * LAYERS + layer]);
-        let single: Vec<f32> = double.iter().map(|height| *height as f32).collect();
-        assert!(draw(shape, double.as_slice().into(), false) == expected, "{shape:?} in f64");
-        assert!(draw(shape, single.as_slice().into(), false) == expected, "{shape:?} in f32");
-    }
-    let top_first = over_columns(cells, LAYERS, |cell, layer| model.heights[cell * LAYERS + LAYERS - 1 - layer]);
-    assert!(draw(level_fastest, top_first.as_slice().into(), true) == expected, "top first");
 }
 
 /// Rays pass void triangles, below which the core is round.

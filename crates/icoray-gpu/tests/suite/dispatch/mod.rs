@@ -8,6 +8,7 @@ use icoray_kernel::piece::Radiance;
 use icoray_kernel::segment::Segment;
 use icoray_test_support::{Need, skip_because};
 use wgpu::BufferUsages as Usage;
+use wgpu::util::DeviceExt as _;
 
 /// The difference of two numbers in ulps of f32 at the largest magnitude of `a`, `b` and `size`.
 pub fn ulps(a: f32, b: f32, size: f32) -> f64 {
@@ -132,32 +133,25 @@ impl Device {
             compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
             cache: None,
         });
-        let buffer = |bytes: usize, usage| {
-            self.device.create_buffer(&wgpu::BufferDescriptor {
-                label: None,
-                size: bytes as u64,
-                usage,
-                mapped_at_creation: false,
-            })
+        let filled = |contents: &[u8], usage| {
+            self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
         };
-        let uniform = buffer(size_of::<Params>(), Usage::UNIFORM | Usage::COPY_DST);
-        self.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&params));
-        let upload = |(binding, bytes): &(u32, &[u8])| {
-            let target = buffer(bytes.len(), Usage::STORAGE | Usage::COPY_DST);
-            self.queue.write_buffer(&target, 0, bytes);
-            (*binding, target)
+        let mut shared = vec![(0, filled(bytemuck::bytes_of(&params), Usage::UNIFORM))];
+        shared.extend(others.iter().map(|(binding, bytes)| (*binding, filled(bytes, Usage::STORAGE))));
+        let read = filled(bytemuck::cast_slice(&inputs), Usage::STORAGE);
+        let size = (4 * N * rows) as u64;
+        let empty = |usage| {
+            let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false };
+            self.device.create_buffer(&descriptor)
         };
-        let mut shared = vec![(0, uniform)];
-        shared.extend(others.iter().map(upload));
-        let read = buffer(size_of_val(inputs.as_slice()), Usage::STORAGE | Usage::COPY_DST);
-        self.queue.write_buffer(&read, 0, bytemuck::cast_slice(&inputs));
-        let written = buffer(4 * N * rows, Usage::STORAGE | Usage::COPY_SRC);
-        let back = buffer(4 * N * rows, Usage::MAP_READ | Usage::COPY_DST);
+        let written = empty(Usage::STORAGE | Usage::COPY_SRC);
+        let back = empty(Usage::MAP_READ | Usage::COPY_DST);
         let group = |index, buffers: &[(u32, wgpu::Buffer)]| {
-            fn entry((binding, buffer): &(u32, wgpu::Buffer)) -> wgpu::BindGroupEntry<'_> {
-                wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() }
-            }
-            let entries: Vec<_> = buffers.iter().map(entry).collect();
+            let entries = buffers.iter().map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding: *binding,
+                resource: buffer.as_entire_binding(),
+            });
+            let entries: Vec<_> = entries.collect();
             self.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: None,
                 layout: &pipeline.get_bind_group_layout(index),
@@ -173,7 +167,7 @@ impl Device {
         }
         pass.dispatch_workgroups(rows.div_ceil(64) as u32, 1, 1);
         drop(pass);
-        encoder.copy_buffer_to_buffer(&written, 0, &back, 0, (4 * N * rows) as u64);
+        encoder.copy_buffer_to_buffer(&written, 0, &back, 0, size);
         self.queue.submit([encoder.finish()]);
         back.map_async(wgpu::MapMode::Read, .., |mapped| mapped.unwrap());
         self.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();

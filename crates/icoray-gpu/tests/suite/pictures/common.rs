@@ -1,8 +1,8 @@
 //! Scenes and fields of the tests, and the comparison of the GPU's picture with the CPU's.
 
-pub use crate::common::{LIT, at_centers, count_beyond, icosahedral, laid_out, level_fastest, over_columns};
+pub use crate::common::{LIT, Model, at_centers, count_beyond, icosahedral, laid_out, level_fastest, over_columns};
 use glam::DVec3;
-use icoray::{Field, Fields, Frame, Grid, IcosahedralMesh, Layers, Method, Renderer, Savings, Scene, Scenery};
+use icoray::{Fields, Frame, Grid, Layers, Method, Renderer, Savings, Scene, Scenery};
 use icoray_gpu::Gpu;
 use icoray_test_support::{Need, skip_because};
 use std::cell::OnceCell;
@@ -89,41 +89,20 @@ pub fn values(grid: &Grid, layers: usize) -> Vec<f32> {
     over_columns(grid.cells(), layers, |cell, layer| wave(grid.direction(cell as u32), layer, layers) as f32)
 }
 
-/// A whole sphere with fields on layers at heights in metres.
-pub struct Sphere {
-    pub tables: &'static IcosahedralMesh,
-    pub grid: Grid<'static>,
-    pub layers: Layers,
-    /// Of the smooth field f.
-    pub values: Vec<f32>,
-    /// Of the field g, some of which are missing.
-    pub second: Vec<f32>,
+/// A whole sphere with the smooth field f and the field g, some of whose values are missing, on layers at heights in
+/// metres.
+pub fn sphere(level: u32, heights: &[f64]) -> Model {
+    let layers = Layers::from_heights(heights, EARTH_M).unwrap();
+    let second = |cell: usize, p: DVec3, layer: usize| match (cell * 13 + layer) % 89 {
+        0 => f64::NAN,
+        1 => f64::INFINITY,
+        _ => (6.0 * p.x + 0.3 * layer as f64).cos() * (5.0 * p.y).sin() + 0.3 * p.z,
+    };
+    let values = |cell, p, layer| [wave(p, layer, heights.len()), second(cell, p, layer)];
+    Model { layers, ..Model::new(level, heights, values) }
 }
 
-impl Sphere {
-    pub fn new(level: u32, heights: &[f64]) -> Self {
-        let (tables, grid) = icosahedral(level);
-        let layers = Layers::from_heights(heights, EARTH_M).unwrap();
-        let second = |cell: usize, layer: usize| match (cell * 13 + layer) % 89 {
-            0 => f32::NAN,
-            1 => f32::INFINITY,
-            _ => {
-                let p = grid.direction(cell as u32);
-                ((6.0 * p.x + 0.3 * layer as f64).cos() * (5.0 * p.y).sin() + 0.3 * p.z) as f32
-            }
-        };
-        let second = over_columns(grid.cells(), heights.len(), second);
-        Sphere { values: values(&grid, heights.len()), second, tables, grid, layers }
-    }
-
-    pub fn field(&self) -> Field<'_> {
-        at_centers(&self.values, self.layers.count())
-    }
-
-    pub fn fields(&self) -> Fields<'_> {
-        Fields::new([("f", self.field()), ("g", at_centers(&self.second, self.layers.count()))])
-    }
-
+impl Model {
     /// [`compare`] with these fields.
     pub fn compare(&self, name: &str, scene: &Scene, stray: usize) -> Frame {
         compare(name, scene, (&self.grid, &self.layers), self.fields(), stray)

@@ -16,11 +16,6 @@ use std::sync::Arc;
 const CORE: &str = "exaggeration = 60\ncore = \"gray\"\ntolerance = 1e-6";
 const HOLLOW: &str = "exaggeration = 60\ncore = \"transparent\"\nbackground = \"white\"\ntolerance = 1e-6";
 
-fn layers(count: usize) -> Layers {
-    let heights: Vec<f64> = (0..count).map(|k| 20e3 * k as f64 / (count - 1) as f64).collect();
-    Layers::from_heights(&heights, EARTH_M).unwrap()
-}
-
 /// Draws a scene of a mesh distributed over ranks, with the values of [`fields`], one after the other. The ranks of `has_gpu` trace on
 /// the GPU.
 fn draw(
@@ -28,10 +23,10 @@ fn draw(
     spread: &Spread,
     mesh: &IcosahedralMesh,
     scene: &Scene,
-    (values, count): (&[f32], usize),
+    (values, layers): (&[f32], &Layers),
     has_gpu: impl Fn(usize) -> bool + Sync,
 ) -> (Frame, Vec<FrameReport>) {
-    let layers = layers(count);
+    let count = layers.count();
     picture(spread.each(|ranks, culled, grid, decomposition| {
         let cells = culled.cells.len();
         // Ranks also differ in the layout of their arrays.
@@ -44,7 +39,7 @@ fn draw(
         });
         let here: Vec<_> = here.collect();
         let renderer = if has_gpu(ranks.rank()) { renderer(gpu) } else { cpu(1) };
-        let data = DistributedGrid { grid, decomposition: Some(&decomposition.unwrap()), layers: &layers };
+        let data = DistributedGrid { grid, decomposition: Some(&decomposition.unwrap()), layers };
         renderer.render_decomposed(ranks, scene, data, fields(&here)).unwrap()
     }))
 }
@@ -58,13 +53,13 @@ fn fields(all: &[(Shape, Vec<f32>)]) -> Fields<'_> {
 }
 
 /// The CPU's picture of the whole mesh, culled to the cells that stay.
-fn whole(mesh: &IcosahedralMesh, stays: &[bool], scene: &Scene, (values, count): (&[f32], usize)) -> Frame {
-    let layers = layers(count);
+fn whole(mesh: &IcosahedralMesh, stays: &[bool], scene: &Scene, (values, layers): (&[f32], &Layers)) -> Frame {
+    let count = layers.count();
     let culled = Culled::new(mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
     let shape = Shape::level_fastest(culled.cells.len(), count);
     let here = values.chunks_exact(mesh.cells() * count);
     let here: Vec<_> = here.map(|values| (shape, columns_of(values, &culled.cells, count))).collect();
-    cpu(1).render(scene, &culled.grid(), &layers, fields(&here)).unwrap()
+    cpu(1).render(scene, &culled.grid(), layers, fields(&here)).unwrap()
 }
 
 /// Compares the picture of the ranks with that of the whole, and checks which ranks report a device.
@@ -91,11 +86,11 @@ fn check(
 #[test]
 fn parts_make_the_picture_of_the_whole() {
     let Some(gpu) = gpu() else { return };
-    let sphere = Sphere::new(4, &THICK_M);
-    let mesh = sphere.tables;
-    let heights = heights(&sphere).into_iter().map(|height| height as f32).collect();
-    let values = [sphere.values, sphere.second, heights].concat();
-    let values = (values.as_slice(), THICK_M.len());
+    let sphere = sphere(4, &THICK_M);
+    let mesh = sphere.mesh;
+    let heights: Vec<f32> = heights(&sphere).into_iter().map(|height| height as f32).collect();
+    let values = [&sphere.values[0][..], &sphere.values[1], &heights].concat();
+    let values = (values.as_slice(), &sphere.layers);
     let (all, holes) = (vec![true; mesh.cells()], holes(mesh));
     let lakes = &holes[2].1;
     let loose = |rest: &str| rest.replace("1e-6", "1e-4");
@@ -143,7 +138,7 @@ fn parts_make_the_picture_of_the_whole() {
 #[test]
 fn fragments_are_those_of_the_cpu() {
     let Some(gpu) = gpu() else { return };
-    let (sphere, coarse) = (Sphere::new(4, &THICK_M), Sphere::new(2, &THICK_M));
+    let (sphere, coarse) = (sphere(4, &THICK_M), sphere(2, &THICK_M));
     let loose = |rest: &str| rest.replace("1e-6", "1e-2");
     for (name, sphere, scene) in [
         ("dense, core", &sphere, scene(FAR, DENSE, &loose(CORE))),
@@ -154,7 +149,7 @@ fn fragments_are_those_of_the_cpu() {
         ("steps, paper", &sphere, scene(FAR, STEPS, &format!("{}\nmethod = \"paper\"", loose(HOLLOW)))),
         ("lit", &sphere, scene(FAR, &format!("{RAMP}\n{SUN}"), &CORE.replace("1e-6", "1e-3"))),
     ] {
-        let (mesh, values) = (sphere.tables, (sphere.values.as_slice(), THICK_M.len()));
+        let (mesh, values) = (sphere.mesh, (sphere.values[0].as_slice(), &sphere.layers));
         for (partition, owner) in partitions(mesh, 3) {
             let name = format!("{name}, {partition}");
             let spread = Spread::new(mesh, 3, &owner);
@@ -177,10 +172,9 @@ fn fragments_are_those_of_the_cpu() {
 #[test]
 fn parts_in_pages_do_not_show() {
     let Some(_) = gpu() else { return };
-    let count = 16;
-    let sphere = Sphere::new(5, &std::array::from_fn::<f64, 16, _>(|k| 1e3 * k as f64));
-    let mesh = sphere.tables;
-    let values = (sphere.values.as_slice(), count);
+    let sphere = sphere(5, &std::array::from_fn::<f64, 16, _>(|k| 1e3 * k as f64));
+    let mesh = sphere.mesh;
+    let values = (sphere.values[0].as_slice(), &sphere.layers);
     let limited = |binding, field| Arc::new(Gpu::with_limits(None, MemoryLimits { binding, field }).unwrap());
     let (_, owner) = partitions(mesh, 2).swap_remove(1);
     let spread = Spread::new(mesh, 2, &owner);

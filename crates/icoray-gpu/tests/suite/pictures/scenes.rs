@@ -22,7 +22,7 @@ pub const CLIPS: [(&str, &str); 9] = [
 #[test]
 fn cut_volumes() {
     let Some(_) = gpu() else { return };
-    let both = Sphere::new(4, &THICK_M);
+    let both = sphere(4, &THICK_M);
     for (k, (clip, text)) in CLIPS.into_iter().enumerate() {
         for (transfer, colors) in [TRANSFERS[k % 5], TRANSFERS[(k + 2) % 5]] {
             for (camera, where_) in [("far", FAR), ("inside", INSIDE)] {
@@ -39,16 +39,16 @@ fn cut_volumes() {
 }
 
 /// Names of views with their cameras and lights.
-const VIEWS: [(&str, &str, &str); 4] =
+pub const VIEWS: [(&str, &str, &str); 4] =
     [("far", FAR, ""), ("inside", INSIDE, ""), ("headlight", FAR, LIT), ("shiny", FAR, SHINY)];
 
 /// Draws all that is `shown` in these views, and its edges; up to `stray` pixels of the number of what is shown may be
 /// beyond their errors.
-fn compare_all(shown: &[(&str, &str)], views: &[(&str, &str, &str)], stray: impl Fn(usize) -> usize) {
+fn compare_all(shown: &[(&str, &str)], stray: impl Fn(usize) -> usize) {
     let Some(_) = gpu() else { return };
-    let both = Sphere::new(4, &THICK_M);
+    let both = sphere(4, &THICK_M);
     for (k, (surface, text)) in shown.iter().enumerate() {
-        for (view, where_, lamp) in views {
+        for (view, where_, lamp) in VIEWS {
             let scene = scene(where_, &format!("{}\n{lamp}\n{text}", TRANSFERS[k % 2].1), CORES[k % 2]);
             both.compare(&format!("{surface}, {view}"), &scene, stray(k));
         }
@@ -58,7 +58,7 @@ fn compare_all(shown: &[(&str, &str)], views: &[(&str, &str, &str)], stray: impl
 }
 
 /// Surfaces of all kinds, one by one and together.
-pub const SURFACES: [(&str, &str); 6] = [
+pub const SURFACES: [(&str, &str); 10] = [
     ("plain", "[[surfaces]]\nlayer = 2\ncolor = \"orange\"\nopacity = 0.5"),
     ("top", "[[surfaces]]\nlayer = \"top\"\ncolor = \"#80ff40\"\nopacity = 0.25"),
     ("interpolated", "[[surfaces]]\nlayer = 3\nfield = \"g\"\ntransfer = { map = \"plasma\", range = [-0.7, 0.9] }"),
@@ -78,27 +78,19 @@ pub const SURFACES: [(&str, &str); 6] = [
          field = \"f\"\ntransfer = { map = \"turbo\", range = [-0.5, 0.5] }\nopacity = 0.5\n\
          [[clip]]\nlon = [10, 60]\nlat = [-30, 45]\n[[clip]]\nlon = [-40, 0]\nlayers = [2, 4]",
     ),
-];
-
-#[test]
-fn surfaces_on_layers() {
-    compare_all(&SURFACES, &VIEWS, |_| 0);
-}
-
-/// Surfaces at heights between layers, one by one and together.
-const BETWEEN: [(&str, &str); 4] = [
-    ("plain", "[[surfaces]]\nheight_m = 8000\ncolor = \"orange\"\nopacity = 0.5"),
+    // At heights between layers.
+    ("plain, between", "[[surfaces]]\nheight_m = 8000\ncolor = \"orange\"\nopacity = 0.5"),
     (
-        "own field",
+        "own field, between",
         "[[surfaces]]\nheight_m = 4100\nfield = \"f\"\ntransfer = { map = \"turbo\", range = [-0.5, 0.5] }\nopacity = 0.6",
     ),
     (
-        "other field",
+        "other field, between",
         "[[surfaces]]\nheight_m = 15000\nfield = \"g\"\ntransfer = { map = \"plasma\", range = [-0.7, 0.9] }\n\
          shading = \"cells\"\nopacity = 0.7",
     ),
     (
-        "several, cut",
+        "several, cut, between",
         "[[surfaces]]\nheight_m = 8000\ncolor = \"blue\"\nopacity = 0.25\n[[surfaces]]\nheight_m = 8000\n\
          field = \"g\"\ntransfer = { map = \"plasma\", range = [-0.7, 0.9] }\nopacity = 0.5\n[[surfaces]]\n\
          height_m = 9000\ncolor = \"red\"\nopacity = 0.3\n[[surfaces]]\nlayer = 2\ncolor = \"white\"\nopacity = 0.2\n\
@@ -108,8 +100,8 @@ const BETWEEN: [(&str, &str); 4] = [
 ];
 
 #[test]
-fn surfaces_between_layers() {
-    compare_all(&BETWEEN, &[VIEWS[0], VIEWS[1], VIEWS[3]], |k| if k == 3 { GRAZING } else { 0 });
+fn surfaces_on_and_between_layers() {
+    compare_all(&SURFACES, |k| if k == 9 { GRAZING } else { 0 });
 }
 
 /// Isosurfaces of the volume's field and of another one.
@@ -141,7 +133,7 @@ const GRAZING: usize = 2;
 
 #[test]
 fn isosurfaces_of_fields() {
-    compare_all(&ISOSURFACES, &VIEWS, |_| GRAZING);
+    compare_all(&ISOSURFACES, |_| GRAZING);
 }
 
 /// Isosurfaces alone, far from 0, where single precision has no digits of the values themselves, and where none of the
@@ -149,9 +141,9 @@ fn isosurfaces_of_fields() {
 #[test]
 fn isosurfaces_without_a_volume() {
     let Some(_) = gpu() else { return };
-    let sphere = Sphere::new(4, &THICK_M);
+    let sphere = sphere(4, &THICK_M);
     let both = (&sphere.grid, &sphere.layers);
-    let far: Vec<f64> = sphere.values.iter().map(|x| 1e6 + f64::from(*x)).collect();
+    let far: Vec<f64> = sphere.values[0].iter().map(|x| 1e6 + f64::from(*x)).collect();
     let far = at_centers(&far, THICK_M.len());
     for lamp in ["", LIT] {
         let tables =
@@ -161,7 +153,7 @@ fn isosurfaces_without_a_volume() {
         compare_edges("alone, far from 0", &scene, both, &far);
     }
     // Volumes are clear in most layers.
-    let rising = |cell: usize, layer: usize| layer as f32 + 0.3 * sphere.values[cell * THICK_M.len() + layer];
+    let rising = |cell: usize, layer: usize| layer as f32 + 0.3 * sphere.values[0][cell * THICK_M.len() + layer];
     let rising = over_columns(sphere.grid.cells(), THICK_M.len(), rising);
     let knots = "knots = [ { value = 2.9, color = \"red\", extinction = 0 }, { value = 3.5, color = \"red\", extinction = 4 } ]";
     let scene =
@@ -181,7 +173,7 @@ pub const ON_CORE: &str =
 #[test]
 fn lines_and_grounds() {
     let Some(_) = gpu() else { return };
-    let both = Sphere::new(4, &THICK_M);
+    let both = sphere(4, &THICK_M);
     for (what, where_, transfer, text) in [
         ("on a sphere and layers", FAR, STEPS, format!("{HIGH_LINES}{GRATICULE}{CELLS}")),
         ("over surfaces, lit", FAR, SMOOTH, format!("{COASTS}{CELLS}{}\n{LIT}", SURFACES[5].1)),
@@ -192,7 +184,7 @@ fn lines_and_grounds() {
 }
 
 /// Heights of layers that follow mountains, some of which have no thickness; some columns have no heights.
-pub fn heights(sphere: &Sphere) -> Vec<f64> {
+pub fn heights(sphere: &Model) -> Vec<f64> {
     over_columns(sphere.grid.cells(), THICK_M.len(), |cell, layer| {
         let p = sphere.grid.direction(cell as u32);
         let ground = 2e3 + 2e3 * (5.0 * p.x).sin() * (4.0 * p.y + 1.0).cos() + 500.0 * (20.0 * p.z).sin();
@@ -211,7 +203,7 @@ pub const LINES: &str =
 #[test]
 fn layers_at_native_heights() {
     let Some(_) = gpu() else { return };
-    let sphere = Sphere::new(4, &THICK_M);
+    let sphere = sphere(4, &THICK_M);
     let heights = heights(&sphere);
     let fields = sphere.fields().with_heights(at_centers(&heights, THICK_M.len()));
     let both = (&sphere.grid, &sphere.layers);

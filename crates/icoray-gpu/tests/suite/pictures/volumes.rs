@@ -1,6 +1,7 @@
 //! Scenes of several volumes, or of one whose opacity is that of another field.
 
 use super::common::*;
+use super::scenes::VIEWS;
 use icoray::Fields;
 
 const ONE: &str = "[[volumes]]\nfield = \"f\"\ntransfer = { map = \"viridis\", range = [-1, 1], \
@@ -52,40 +53,34 @@ pub fn contents(name: &str) -> String {
     SCENES.iter().find(|(known, _)| *known == name).unwrap().1.concat()
 }
 
-/// Draws the scenes with these lights from these places.
-fn compare_all(lights: &[(&str, &str)], cameras: &[(&str, &str)]) {
-    let Some(_) = gpu() else { return };
-    let both = Sphere::new(4, &THICK_M);
-    for (k, (what, contents)) in SCENES.into_iter().enumerate() {
-        for (light, lamp) in lights {
-            for (camera, where_) in cameras {
-                let scene = scene_of(where_, &format!("{}{lamp}", contents.concat()), CORES[k % 2]);
-                let drawn = both.compare(&format!("{what}, {light}, {camera}"), &scene, 0);
-                assert!(drawn.pixels.iter().any(|pixel| pixel[0] != pixel[2]), "{what}, {camera}: nothing is seen");
-            }
-        }
-    }
-}
-
 #[test]
 fn several_volumes() {
-    compare_all(&[("unlit", "")], &[("far", FAR), ("inside", INSIDE)]);
-}
-
-#[test]
-fn several_lit_volumes() {
-    compare_all(&[("headlight", LIT), ("shiny", SHINY)], &[("far", FAR)]);
+    let Some(_) = gpu() else { return };
+    let both = sphere(4, &THICK_M);
+    for (k, (what, contents)) in SCENES.into_iter().enumerate() {
+        for (view, where_, lamp) in VIEWS {
+            let scene = scene_of(where_, &format!("{}{lamp}", contents.concat()), CORES[k % 2]);
+            let drawn = both.compare(&format!("{what}, {view}"), &scene, 0);
+            assert!(drawn.pixels.iter().any(|pixel| pixel[0] != pixel[2]), "{what}, {view}: nothing is seen");
+        }
+        if contents.contains(&REGION) || contents.contains(&SHELL) {
+            both.compare_edges(what, &scene_of(FAR, &contents.concat(), CORES[0]));
+        }
+    }
 }
 
 /// Values far from 0, fields in f64, and layers of 100 m on an Earth that is true to scale.
 #[test]
 fn several_volumes_of_other_fields_and_layers() {
     let Some(_) = gpu() else { return };
-    let sphere = Sphere::new(4, &thin_m());
-    let far: Vec<f64> = (0..sphere.values.len()).map(|k| 1e6 - f64::from(sphere.values[k]).sin()).collect();
+    let sphere = sphere(4, &thin_m());
+    let far: Vec<f64> = sphere.values[0].iter().map(|x| 1e6 - f64::from(*x).sin()).collect();
     let shifted = "[[volumes]]\nfield = \"g\"\ntransfer = { map = \"plasma\", range = [999999, 1000001], \
         opacity = [[999999.2, 0.7], [999999.8, 0.0], [1000000.3, 0.0], [1000000.8, 0.95]] }\n";
-    let fields = Fields::new([("f", sphere.field()), ("g", at_centers(&far, sphere.layers.count()))]);
+    let fields = Fields::new([
+        ("f", at_centers(&sphere.values[0], sphere.layers.count())),
+        ("g", at_centers(&far, sphere.layers.count())),
+    ]);
     for (camera, where_) in [("far", FAR), ("limb", LIMB), ("inside", IN_THIN)] {
         for lamp in ["", LIT] {
             let scene = scene_of(where_, &format!("{ONE}{shifted}{lamp}"), "core = \"gray\"");
@@ -95,20 +90,11 @@ fn several_volumes_of_other_fields_and_layers() {
     }
 }
 
-#[test]
-fn edges_of_several_volumes() {
-    let Some(_) = gpu() else { return };
-    let both = Sphere::new(4, &THICK_M);
-    for what in ["cut, with an isosurface", "with all"] {
-        both.compare_edges(what, &scene_of(FAR, &contents(what), CORES[0]));
-    }
-}
-
 /// More volumes than devices are given are left to the CPU, with the reason.
 #[test]
 fn too_many_volumes_are_drawn_by_the_cpu() {
     let Some(gpu) = gpu() else { return };
-    let sphere = Sphere::new(2, &THICK_M);
+    let sphere = sphere(2, &THICK_M);
     let scene = scene_of(FAR, &ONE.repeat(5), CORES[0]);
     let drawn = renderer(&gpu).render(&scene, &sphere.grid, &sphere.layers, sphere.fields()).unwrap();
     let reason = drawn.report.device.left_to_cpu.unwrap();
