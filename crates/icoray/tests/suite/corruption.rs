@@ -69,50 +69,28 @@ impl Tables {
                 rows[at] = odd[random.below(odd.len())];
             }
             4 if !rows.is_empty() => rows[at] = random.below(limit as usize) as i64 + i64::from(self.base),
-            5 if rows.len() >= width => {
-                let copy = rows[row * width..(row + 1) * width].to_vec();
-                rows[other_row * width..(other_row + 1) * width].copy_from_slice(&copy);
-            }
+            5 if rows.len() >= width => rows.copy_within(row * width..(row + 1) * width, other_row * width),
             6 if rows.len() >= width => {
-                for k in 0..width {
-                    rows.swap(row * width + k, other_row * width + k);
-                }
+                (0..width).for_each(|k| rows.swap(row * width + k, other_row * width + k));
             }
             7 => rows.truncate(at),
             8 => rows.extend(vec![i64::from(self.base); width * (1 + random.below(3))]),
-            9 => {
-                let other = random.below(4);
-                self.rows.swap(table, other);
-            }
-            10 => {
+            9 => self.rows.swap(table, random.below(4)),
+            kind @ 10..=12 => {
                 let odd = [f64::NAN, f64::INFINITY, -f64::INFINITY, 1e300, 5e-324, 0.0, -3.2, 1.7, 7.0];
                 let reals = &mut self.reals[random.below(4)];
-                let at = random.below(reals.len());
-                if let Some(real) = reals.get_mut(at) {
-                    *real = odd[random.below(odd.len())];
-                }
-            }
-            11 => {
-                let reals = &mut self.reals[random.below(4)];
                 let (a, b) = (random.below(reals.len()), random.below(reals.len()));
-                if !reals.is_empty() {
+                match (kind, random.below(3)) {
+                    (12, _) => reals.resize(random.below(reals.len() + 3), 0.5),
+                    _ if reals.is_empty() => (),
+                    (10, _) => reals[a] = odd[random.below(odd.len())],
                     // A centre where another is too, near it, or in its place.
-                    match random.below(3) {
-                        0 => reals[a] = reals[b],
-                        1 => reals[a] += 1e-3 * (random.below(1000) as f64 - 500.0),
-                        _ => reals.swap(a, b),
-                    }
+                    (_, 0) => reals[a] = reals[b],
+                    (_, 1) => reals[a] += 1e-3 * (random.below(1000) as f64 - 500.0),
+                    _ => reals.swap(a, b),
                 }
             }
-            12 => {
-                let reals = &mut self.reals[random.below(4)];
-                let length = random.below(reals.len() + 3);
-                reals.resize(length, 0.5);
-            }
-            13 => {
-                let other = random.below(4);
-                self.reals.swap(random.below(4), other);
-            }
+            13 => self.reals.swap(random.below(4), random.below(4)),
             14 if rows.len() >= width => {
                 rows[row * width..(row + 1) * width].rotate_left(random.below(width));
             }

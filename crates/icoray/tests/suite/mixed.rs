@@ -119,12 +119,19 @@ struct Sample {
     length: f64,
 }
 
-/// Checks how far pixels are off at most and in the mean.
-fn assert_near(frame: &Frame, expected: &[[f64; 4]], limits: [f64; 2], what: &str) {
-    let off = distances(frame, expected);
+/// Draws a scene, and checks how far pixels are off fine steps at most and in the mean.
+fn draw_near(
+    (data, scene): (&Model, &Scene),
+    limits: [f64; 2],
+    what: &str,
+    sees: impl Fn(&Sample) -> ([f64; 3], f64),
+) -> Frame {
+    let frame = data.draw(scene);
+    let off = distances(&frame, &by_steps(data, scene, sees));
     let mean = off.iter().sum::<f64>() / off.len() as f64;
     let most = off.into_iter().fold(0.0, f64::max);
     assert!(most < limits[0] && mean < limits[1], "{what}: {most} at most, {mean} in the mean");
+    frame
 }
 
 /// Light and absorption along a length of media in a shell of 0.15 radii, the unit of extinction.
@@ -137,37 +144,31 @@ fn mixed(terms: &[([f64; 3], f64)], length: f64) -> ([f64; 3], f64) {
     (color, -(-rate * length).exp_m1())
 }
 
+/// Two volumes, and one whose opacity is that of another field.
 #[test]
 fn two_fields_are_those_of_fine_steps() {
     let data = waves(3);
-    let mut scene = scene(24, "tolerance = 1e-4");
-    let other = vec![
-        knot(-0.5, [1.0, 0.1, 0.0], 0.0),
-        knot(0.1, [1.0, 0.8, 0.0], 4.0),
-        knot(0.1, [0.0, 0.0, 1.0], 0.0),
-        knot(1.0, [0.3; 3], 9.0),
-    ];
-    scene.volumes.push(volume("g", other));
-    let frame = data.draw(&scene);
-    let [f, g] = [0, 1].map(|volume: usize| scene.volumes[volume].transfer.clone());
-    let expected =
-        by_steps(&data, &scene, |sample| mixed(&[f.at(sample.values[0]), g.at(sample.values[1])], sample.length));
-    assert_near(&frame, &expected, [4e-3, 3e-4], "two fields");
-    assert!(frame.report.error.max < 2e-4);
-}
-
-#[test]
-fn opacity_may_be_that_of_another_field() {
-    let data = waves(3);
-    let mut scene = scene(24, "tolerance = 1e-4");
+    let mut two = scene(24, "tolerance = 1e-4");
+    let mut by_other = two.clone();
+    two.volumes.push(volume(
+        "g",
+        vec![
+            knot(-0.5, [1.0, 0.1, 0.0], 0.0),
+            knot(0.1, [1.0, 0.8, 0.0], 4.0),
+            knot(0.1, [0.0, 0.0, 1.0], 0.0),
+            knot(1.0, [0.3; 3], 9.0),
+        ],
+    ));
     let by = transfer(vec![knot(0.2, [0.0; 3], 0.0), knot(0.9, [0.0; 3], 6.0)]);
-    scene.volumes[0].opacity = Some(Opacity { field: "g".into(), transfer: by.clone() });
-    let frame = data.draw(&scene);
-    let color = scene.volumes[0].transfer.clone();
-    let expected = by_steps(&data, &scene, |sample| {
-        mixed(&[(color.at(sample.values[0]).0, by.at(sample.values[1]).1)], sample.length)
+    by_other.volumes[0].opacity = Some(Opacity { field: "g".into(), transfer: by.clone() });
+    let [f, g] = [0, 1].map(|volume: usize| two.volumes[volume].transfer.clone());
+    let frame = draw_near((&data, &two), [4e-3, 3e-4], "two fields", |sample| {
+        mixed(&[f.at(sample.values[0]), g.at(sample.values[1])], sample.length)
     });
-    assert_near(&frame, &expected, [4e-3, 3e-4], "opacity");
+    assert!(frame.report.error.max < 2e-4);
+    draw_near((&data, &by_other), [4e-3, 3e-4], "opacity", |sample| {
+        mixed(&[(f.at(sample.values[0]).0, by.at(sample.values[1]).1)], sample.length)
+    });
 }
 
 #[test]
@@ -216,9 +217,8 @@ fn cuts_remove_their_region() {
     for clip in clips {
         let mut scene = scene(24, "tolerance = 1e-4");
         scene.scenery.clips = vec![clip.clone()];
-        let frame = data.draw(&scene);
         let f = scene.volumes[0].transfer.clone();
-        let expected = by_steps(&data, &scene, |sample| {
+        draw_near((&data, &scene), [8e-3, 4e-4], &format!("{clip:?}"), |sample| {
             let p = sample.position;
             let (lon, lat) = (p.y.atan2(p.x).to_degrees(), (p.z / p.length()).asin().to_degrees());
             let within = |x: f64, [low, high]: [f64; 2]| x >= low && x <= high;
@@ -235,7 +235,6 @@ fn cuts_remove_their_region() {
             }
             mixed(&[f.at(sample.values[0])], sample.length)
         });
-        assert_near(&frame, &expected, [8e-3, 4e-4], &format!("{clip:?}"));
     }
 }
 
