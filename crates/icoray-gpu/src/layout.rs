@@ -1,5 +1,5 @@
-//! The structs in the shaders' buffers and constants of shaders, with the names of their declarations in `shaders/`, from
-//! which the build script makes them.
+//! The structs in the shaders' buffers and constants of shaders, with the names of their declarations in `shaders/`,
+//! from which the build script makes them.
 #![allow(missing_docs)]
 
 use bytemuck::{Pod, Zeroable};

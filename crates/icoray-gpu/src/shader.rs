@@ -14,8 +14,8 @@ pub use icoray_shaders::SOURCES;
 pub struct Contents {
     /// More than one volume and a core: lines `#scene`, else `#plain`.
     pub scenery: bool,
-    /// Number of volumes, if there are several or the only one's opacity is that of another field: lines `#several`; else
-    /// 0: lines `#single`.
+    /// Number of volumes, if there are several or the only one's opacity is that of another field: lines `#several`;
+    /// else 0: lines `#single`.
     pub volumes: usize,
     /// Places whose light the host computes: lines `#painted`.
     pub painted: bool,

@@ -30,8 +30,8 @@ impl StagingBuffers {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Fills `buffer` with `count` elements of the size of a float. `values(first, elements)` computes those from number
-    /// `first` on and is called on all threads.
+    /// Fills `buffer` with `count` elements of the size of a float. `values(first, elements)` computes those from
+    /// number `first` on and is called on all threads.
     pub fn fill(
         &self,
         ctx: &Context,

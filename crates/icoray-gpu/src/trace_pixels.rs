@@ -52,8 +52,8 @@ pub(crate) struct Passes<'p> {
 }
 
 impl Passes<'_> {
-    /// Traces tiles with a field that is on the device after an upload of this number of bytes, and passes those without
-    /// lost rays to the sink.
+    /// Traces tiles with a field that is on the device after an upload of this number of bytes, and passes those
+    /// without lost rays to the sink.
     pub fn trace(&mut self, (field, bytes): (Arc<DeviceField>, u64), tiles: &[Tile]) -> Result<(), FallbackReason> {
         let bands = Bands::new(&self.picture, &field, tiles, false)?;
         let (ctx, sink, lost) = (self.picture.ctx, self.sink, &mut self.lost);

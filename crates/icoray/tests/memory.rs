@@ -18,9 +18,9 @@ fn scene(rest: &str) -> Scene {
     Scene::parse(&text).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Cells and layers of a sphere of `level` bisections, and the bytes that the third frame allocates. The field f lies on
-/// the layers; with `others` beside it, midway between them: g and h at centres and at corners in their own precision
-/// each, and heights.
+/// Cells and layers of a sphere of `level` bisections, and the bytes that the third frame allocates. The field f lies
+/// on the layers; with `others` beside it, midway between them: g and h at centres and at corners in their own
+/// precision each, and heights.
 fn bytes_of_a_later_frame(level: u32, scene: &Scene, location: Location, others: bool) -> (usize, usize) {
     let mesh = IcosahedralMesh::new(level).unwrap();
     let grid = Grid::new(mesh.tables()).unwrap();

@@ -147,7 +147,7 @@ fn constants_are_those_of_rust() {
     }
 }
 
-/// The names of functions that the picture's entry point reaches.
+/// The names of functions that the picture's entry point reaches with these override constants.
 fn reached(constants: &[(&str, f64)]) -> BTreeSet<String> {
     let text = compose("picture", Contents::default(), 1);
     let (module, info) = validate("picture", &text);

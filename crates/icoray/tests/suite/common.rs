@@ -67,8 +67,8 @@ pub struct Model {
 }
 
 impl Model {
-    /// Over layers at these heights, in planet radii; `values` gives those of the fields of a cell, at a direction, on a
-    /// layer.
+    /// Over layers at these heights, in planet radii; `values` gives those of the fields of a cell, at a direction, on
+    /// a layer.
     pub fn new<const N: usize>(level: u32, heights: &[f64], values: impl Fn(usize, DVec3, usize) -> [f64; N]) -> Self {
         let (mesh, grid) = icosahedral(level);
         let value = |cell: usize, layer: usize| values(cell, grid.direction(cell as u32), layer);

@@ -113,8 +113,8 @@ fn small_caps_are_closed() {
     }
 }
 
-/// The same picture as of the whole mesh with no values at the cells that are missing. An opaque core is made of facets,
-/// which differ between a hole and data: there pixels are the same whose rays meet no triangle that is missing.
+/// The same picture as of the whole mesh with no values at the cells that are missing. An opaque core is made of
+/// facets, which differ between a hole and data: there pixels are the same whose rays meet no triangle that is missing.
 #[test]
 fn a_hole_looks_like_missing_values() {
     let (renderer, layers) = (Renderer::new(2).unwrap(), layers());

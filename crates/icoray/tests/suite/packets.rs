@@ -1,5 +1,5 @@
-//! Packets of rays, in single precision, against single rays in double precision, pixel by pixel: one volume on layers at
-//! heights of their own over each cell, and scenes of more than one volume.
+//! Packets of rays, in single precision, against single rays in double precision, pixel by pixel: one volume on layers
+//! at heights of their own over each cell, and scenes of more than one volume.
 
 use crate::common::{
     Model, at_centers, bits, columns_of, count_beyond, difference, even_heights, over_columns, pixel_difference,

@@ -108,8 +108,8 @@ fn leaps_change_no_bit() {
     }
 }
 
-/// Rays leap over a hollow core, whatever shows in the shell, and over holes of the mesh: the same bits and frusta, with
-/// fewer columns.
+/// Rays leap over a hollow core, whatever shows in the shell, and over holes of the mesh: the same bits and frusta,
+/// with fewer columns.
 #[test]
 fn a_leap_over_a_hollow_core_changes_no_bit() {
     let model = Model::new(6, true, true);
@@ -242,7 +242,8 @@ const CAMERAS: [&str; 7] = [
 const DOME: &str = "[[isosurfaces]]\nfield = \"f\"\nvalue = 0.4\ncolor = \"crimson\"";
 
 /// Gradients over cells that no ray of a picture passes are those of another field, which are as long as can be: each
-/// picture and its errors have the bits that they have where all gradients are computed; of one view after another, too.
+/// picture and its errors have the bits that they have where all gradients are computed; of one view after another,
+/// too.
 #[test]
 fn gradients_beside_the_view_are_not_read() {
     let model = Model::new(20, true, true);

@@ -189,8 +189,8 @@ pub fn compare<'f>(
     let has_several = !scene.has_one_field_of_volume();
     if !has_several && scene.scenery == Scenery::default() {
         // If only one of the two bisects a piece for the accuracy of its light, they differ by several times the
-        // tolerance at single pixels; so do pieces of the paper's scheme, which has no tolerance, where rounding decides
-        // on which side of a kink a shade lies.
+        // tolerance at single pixels; so do pieces of the paper's scheme, which has no tolerance, where rounding
+        // decides on which side of a kink a shade lies.
         let times = match (is_lit, scene.method) {
             (false, _) => 1.0,
             (true, Method::Paper) => 4.0,
@@ -210,8 +210,8 @@ pub fn compare<'f>(
             return drawn;
         }
     }
-    // Of several volumes a frustum counts as void in which each of them misses a value, in double precision one in which
-    // all fields do.
+    // Of several volumes a frustum counts as void in which each of them misses a value, in double precision one in
+    // which all fields do.
     let void_frusta = if has_several { ours.counts.void_frusta } else { theirs.counts.void_frusta };
     let found = [ours.counts.columns, ours.counts.frusta, ours.counts.void_frusta];
     // A ray through a vertex or along a layer may meet either of two frusta.

@@ -132,8 +132,8 @@ fn meshes_with_holes() {
     }
 }
 
-/// One field in all layouts and precisions, with missing values, on rising and falling layers, and under light; 1e6 away
-/// from 0 and near it.
+/// One field in all layouts and precisions, with missing values, on rising and falling layers, and under light; 1e6
+/// away from 0 and near it.
 #[test]
 fn layouts_and_missing_values() {
     let Some(_) = gpu() else { return };
@@ -190,8 +190,8 @@ fn tables_of_any_order() {
     }
 }
 
-/// Fields at corners, which are averaged before gradients are computed; plateaus, which have no gradient and only ambient
-/// light; and one value, which lies on a step.
+/// Fields at corners, which are averaged before gradients are computed; plateaus, which have no gradient and only
+/// ambient light; and one value, which lies on a step.
 #[test]
 fn fields_at_corners_plateaus_and_a_single_value() {
     let Some(_) = gpu() else { return };

@@ -16,8 +16,8 @@ use std::sync::Arc;
 const CORE: &str = "exaggeration = 60\ncore = \"gray\"\ntolerance = 1e-6";
 const HOLLOW: &str = "exaggeration = 60\ncore = \"transparent\"\nbackground = \"white\"\ntolerance = 1e-6";
 
-/// Draws a scene of a mesh distributed over ranks, with the values of [`fields`], one after the other. The ranks of `has_gpu` trace on
-/// the GPU.
+/// Draws a scene of a mesh distributed over ranks, with the values of [`fields`], one after the other. The ranks of
+/// `has_gpu` trace on the GPU.
 fn draw(
     gpu: &Arc<Gpu>,
     spread: &Spread,
