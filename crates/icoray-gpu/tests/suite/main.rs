@@ -2,6 +2,8 @@
 
 #[path = "../../../icoray/tests/suite/common.rs"]
 mod common;
+#[path = "../../../icoray/tests/suite/contents.rs"]
+mod contents;
 #[path = "../../../icoray/tests/suite/culled/mod.rs"]
 mod culled;
 mod dispatch;

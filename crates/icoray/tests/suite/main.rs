@@ -1,6 +1,7 @@
 //! Tests of the library through its public interface, in one program; those of ranks and devices are in `../ranks`.
 
 mod common;
+mod contents;
 mod corruption;
 mod culled;
 mod edges;

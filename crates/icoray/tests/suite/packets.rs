@@ -5,13 +5,16 @@ use crate::common::{
     Model, at_centers, bits, columns_of, count_beyond, difference, even_heights, over_columns, pixel_difference,
     scene_of,
 };
+use crate::contents::*;
 use crate::culled::{Culled, Mark, Style, holes};
 use icoray::{Fields, Heights, Layers, Precision, Renderer, Savings, Scene};
 use itertools::iproduct;
 
 const LAYERS: usize = 12;
-pub const EXAGGERATION: f64 = 50.0;
-pub const TOP: f64 = 4e-3;
+pub const EXAGGERATION: f64 = 60.0;
+/// Metres.
+pub const TOP: f64 = 20e3;
+pub const EARTH_M: f64 = 6.371e6;
 
 const CAMERAS: [&str; 3] = [
     "lon = 20\nlat = 35\ndistance = 3.2\nfov = 45",
@@ -25,34 +28,12 @@ const LIGHTS: [&str; 3] = [
 ];
 const CORES: [&str; 2] = ["core = \"#405060\"", "core = \"transparent\""];
 
-const FULL: &str = "[[volumes]]\nfield = \"f\"\ntransfer = { map = \"viridis\", range = [-2.2, 2.2], \
-    opacity = [[-2.2, 0.9], [-0.4, 0.5], [0.5, 0.8]] }\n";
-const ONE: &str = "[[volumes]]\nfield = \"f\"\ntransfer = { map = \"viridis\", range = [-2.2, 2.2], \
-    opacity = [[-2.2, 0.9], [-0.4, 0.5], [0.0, 0.0], [0.5, 0.8]] }\n";
-const THIN: &str = "[[volumes]]\nfield = \"f\"\ntransfer = { map = \"viridis\", range = [-2.2, 2.2], \
-    opacity = [[-0.9, 0.0], [-0.7, 0.8], [-0.5, 0.0], [1.0, 0.0], [1.5, 0.9]] }\n";
-const OTHER: &str = "[[volumes]]\nfield = \"g\"\ntransfer = { map = \"plasma\", range = [-1.5, 1.5], \
-    opacity = [[-1.0, 0.7], [-0.6, 0.0], [0.3, 0.0], [1.2, 0.95]] }\n";
-const DENSE: &str = "[[volumes]]\nfield = \"g\"\ntransfer = { map = \"plasma\", range = [-1.5, 1.5], \
-    opacity = [[-1.0, 0.9999], [0.3, 0.0], [1.2, 0.9999]], unit_length = 1e-5 }\n";
+const FULL: &str = "[[volumes]]\nfield = \"f\"\ntransfer = { map = \"viridis\", range = [-1, 1], \
+    opacity = [[-1, 0.9], [-0.2, 0.5], [0.25, 0.8]] }\n";
 const FRONT: &str = "[[volumes]]\nfield = \"g\"\ntransfer = { unit_length = 1, knots = [ \
-    { value = -0.6, color = \"yellow\", extinction = 1e9 }, { value = 0.3, color = \"blue\", extinction = 0 } ] }\n";
-const STEPS: &str = "[[volumes]]\nfield = \"g\"\ntransfer = { knots = [ \
-    { value = -1.3, color = \"blue\", opacity = 0.9 }, { value = -0.6, color = \"blue\", opacity = 0.9 }, \
-    { value = -0.6, color = \"white\", opacity = 0 }, { value = 0.4, color = \"white\", opacity = 0 }, \
-    { value = 0.4, color = \"yellow\", opacity = 0.6 }, { value = 1.9, color = \"red\", opacity = 0.99 } ] }\n";
-const BY_OTHER: &str = "[[volumes]]\nfield = \"f\"\ntransfer = { map = \"viridis\", range = [-2.2, 2.2] }\n\
-    opacity = { field = \"g\", values = [[-1.0, 0.7], [-0.6, 0.0], [0.3, 0.0], [1.2, 0.95]] }\n";
-const REGION: &str = "[[clip]]\ncut = \"inside\"\nlon = [-60, 60]\nlat = [-10, 70]\n";
-const SHELL: &str = "[[clip]]\ncut = \"outside\"\nheight_m = [0.0007, 0.0031]\n";
+    { value = -0.3, color = \"yellow\", extinction = 1e9 }, { value = 0.15, color = \"blue\", extinction = 0 } ] }\n";
 const HALF: &str = "[[clip]]\ncut = \"inside\"\nhalf_space = { towards = [40, 20], distance = 0.4 }\n";
 const SLAB: &str = "[[clip]]\ncut = \"inside\"\nlayers = [2, 5]\nlon = [-150, 40]\nlat = [-90, 90]\n";
-const ISO: &str = "[[isosurfaces]]\nfield = \"g\"\nvalue = 0.35\ncolor_by = \"f\"\nopacity = 0.6\n\
-    transfer = { map = \"viridis\", range = [-2, 2] }\n";
-const OWN_ISO: &str = "[[isosurfaces]]\nfield = \"f\"\nvalues = [-0.45, 0.9]\ncolors = [\"red\", \"#4080ff\"]\n";
-const SURFACE: &str = "[[surfaces]]\nlayer = 3\nfield = \"g\"\nopacity = 0.5\n\
-    transfer = { map = \"magma\", range = [-1.5, 1.5] }\n";
-const HIGH: &str = "[[surfaces]]\nheight_m = 0.0017\ncolor = \"#80a060\"\nopacity = 0.4\n";
 const CELLS: &str = "[[lines]]\npattern = \"cells\"\non = 3\ncolor = \"black\"\n";
 
 /// What is in each scene.
@@ -83,7 +64,7 @@ const SCENES: [&[&str]; 21] = [
 /// The height of layer `row` of `rows` over a cell: mountains as steep as they come, with layers that get even upwards.
 /// Below one cell in five the lowest layers have no thickness. Numbers of few digits, equal in both precisions.
 fn height(cell: usize, row: usize, rows: usize) -> f64 {
-    let (mountain, up) = (2e-3 * (cell * 7919 % 13) as f64 / 12.0, row as f64 / (rows - 1) as f64);
+    let (mountain, up) = (10e3 * (cell * 7919 % 13) as f64 / 12.0, row as f64 / (rows - 1) as f64);
     let up = if cell.is_multiple_of(5) { (up * 1.5 - 0.5).max(0.0) } else { up };
     f64::from((mountain * (1.0 - up) + TOP * up) as f32)
 }
@@ -91,10 +72,13 @@ fn height(cell: usize, row: usize, rows: usize) -> f64 {
 /// Two fields on layers at heights of their own.
 pub fn waves(level: u32, layers: usize) -> Model {
     let up = |layer: usize| layer as f64 / (layers - 1) as f64;
-    let mut model = Model::new(level, &even_heights(layers, TOP), |_, d, layer| {
+    let heights = even_heights(layers, TOP);
+    let mut model = Model::new(level, &heights, |_, d, layer| {
         let f = (4.0 * d.x + 3.0 * up(layer)).sin() + (5.0 * d.y * d.z - up(layer)).cos();
-        [f, (5.0 * d.z - 2.0 * up(layer)).cos() * (3.0 * d.y + 1.0).sin() + 0.3 * up(layer)]
+        let g = (5.0 * d.z - 2.0 * up(layer)).cos() * (3.0 * d.y + 1.0).sin() + 0.3 * up(layer);
+        [0.5 * f, 0.65 * g]
     });
+    model.layers = Layers::from_heights(&heights, EARTH_M).unwrap();
     model.heights = over_columns(model.grid.cells(), layers, |cell, row| height(cell, row, layers));
     model
 }
@@ -168,7 +152,7 @@ fn packets_show_one_volume_on_native_heights() {
 #[test]
 fn fields_lie_midway_between_layers_too() {
     let mut model = waves(3, LAYERS);
-    model.layers = Layers::from_heights(&even_heights(LAYERS + 1, TOP), 1.0).unwrap();
+    model.layers = Layers::from_heights(&even_heights(LAYERS + 1, TOP), EARTH_M).unwrap();
     model.heights = over_columns(model.grid.cells(), LAYERS + 1, |cell, row| height(cell, row, LAYERS + 1));
     for camera in CAMERAS {
         compare(&model, &scene(FULL, CORES[0], camera, LIGHTS[1]), camera);
@@ -239,7 +223,7 @@ fn empty_space_skipping_changes_no_picture() {
 #[test]
 fn edges_of_the_ground_are_smooth() {
     let model = waves(4, LAYERS);
-    let haze = FULL.replace("[-2.2, 0.9], [-0.4, 0.5], [0.5, 0.8]", "[-2.2, 0.1], [2.2, 0.1]");
+    let haze = FULL.replace("[-1, 0.9], [-0.2, 0.5], [0.25, 0.8]", "[-1, 0.1], [1, 0.1]");
     let mut scene = scene(&haze, "core = \"#a0b0c0\"\ntolerance = 1e-4", CAMERAS[1], "");
     scene.antialias = true;
     let [packets, exact] = [scene.clone(), general(&scene)].map(|scene| model.draw(&scene));

@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use icoray::{Heights, Scene};
 
 use crate::common::{LIT, Model, count_beyond, over_columns, rays};
-use crate::packets::{EXAGGERATION, TOP, scene, waves};
+use crate::packets::{EARTH_M, EXAGGERATION, TOP, scene, waves};
 
 const LAYERS: usize = 6;
 
@@ -21,7 +21,7 @@ impl Model {
         }
         let alpha = alpha(*hint).max(DVec3::ZERO).to_array();
         let cells = self.grid.triangle(*hint as u32).map(|cell| cell as usize);
-        let radius = |k: usize, layer: usize| 1.0 + EXAGGERATION * self.heights[cells[k] * LAYERS + layer];
+        let radius = |k: usize, layer: usize| 1.0 + EXAGGERATION * self.heights[cells[k] * LAYERS + layer] / EARTH_M;
         let psi = |layer: usize| (0..3).map(|k| alpha[k] / radius(k, layer)).sum::<f64>();
         let on = |layer: usize| {
             let value = |k: usize| f64::from(self.values[0][cells[k] * LAYERS + layer]);
@@ -42,8 +42,8 @@ impl Model {
 
 /// A square picture from afar.
 fn square(side: u32, keys: &str, light: &str) -> Scene {
-    let contents = "[[volumes]]\nfield = \"f\"\ntransfer = { map = \"viridis\", range = [-1.2, 1.2], \
-        opacity = [[-1.2, 0.9], [-0.4, 0.6], [0.0, 0.0], [0.3, 0.0], [0.5, 0.8]] }\n";
+    let contents = "[[volumes]]\nfield = \"f\"\ntransfer = { map = \"viridis\", range = [-0.6, 0.6], \
+        opacity = [[-0.6, 0.9], [-0.2, 0.6], [0.0, 0.0], [0.15, 0.0], [0.25, 0.8]] }\n";
     let camera = "lon = 20\nlat = 35\ndistance = 3.4\nfov = 45";
     Scene { width: side, height: side, ..scene(contents, &format!("tolerance = 1e-4\n{keys}"), camera, light) }
 }
@@ -60,7 +60,7 @@ fn mountains_and_the_layers_above_match_single_points() {
             DMat3::from_cols(a, b, c).inverse()
         })
         .collect();
-    let unit = scene.volumes[0].transfer.unit_length.unwrap_or(EXAGGERATION * TOP);
+    let unit = scene.volumes[0].transfer.unit_length.unwrap_or(EXAGGERATION * TOP / EARTH_M);
     let mut off = Vec::new();
     for ((eye, dir), pixel) in rays(&scene).zip(&frame.pixels) {
         let (mut color, mut through, mut hint) = ([0.0; 3], 1.0f64, 0);
