@@ -31,11 +31,6 @@ fn numbers(s: &RayShading<f32>) -> [f32; NUMBERS] {
     [s.ambient, s.diffuse, s.specular, s.shininess, lx, ly, lz, hx, hy, hz, s.sharpness]
 }
 
-fn unit([x, y, z]: [f64; 3]) -> [f64; 3] {
-    let long = (x * x + y * y + z * z).sqrt();
-    [x / long, y / long, z / long]
-}
-
 const DIRECTION: [f64; 3] = [0.6, -0.48, 0.64];
 
 /// Matt, glossy and mirror-like materials, each under a headlight and under suns from the side, from behind and from
@@ -49,6 +44,7 @@ fn shadings() -> Vec<([f64; 4], Option<[f64; 3]>)> {
         [1.0, 0.0, 1e-9, 3.0],
     ];
     let back = DIRECTION.map(|x| -x);
+    let unit = |direction: [f64; 3]| DVec3::from_array(direction).normalize().to_array();
     let suns = [None, Some(unit([0.3, 0.9, -0.2])), Some(back), Some(unit([0.6, -0.48, 0.6403]))];
     models.iter().flat_map(|model| suns.map(|sun| (*model, sun))).collect()
 }
