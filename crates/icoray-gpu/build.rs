@@ -1,5 +1,5 @@
 //! Declares the structs of the shaders' buffers in Rust as they are declared in WGSL, with the padding that is implied
-//! there: `layout.rs` includes them.
+//! there, and constants of shaders: `layout.rs` includes them.
 
 use icoray_shaders::SOURCES;
 use std::collections::BTreeMap;
@@ -29,6 +29,9 @@ const STRUCTS: [&str; 18] = [
     "Passed",
 ];
 
+/// The shaders whose constants the host needs; a module each.
+const CONSTANTS: [&str; 6] = ["scenery", "parts", "picture", "gradient", "kernel/lit", "kernel/ray/fragment"];
+
 /// Bytes of a type and of its alignment. Of arrays the bytes of an element: of offsets only the remainder by the
 /// largest alignment, 16, is of use, and elements of arrays have multiples of it.
 type Size = [usize; 2];
@@ -44,6 +47,16 @@ fn main() {
         layouts += &format!("({name:?}, size_of::<{name}>(), &[{members}]),\n");
     }
     code += &format!("/// Those of all structs.\npub const LAYOUTS: &[Layout] = &[{layouts}];\n");
+    for (file, text) in SOURCES.iter().filter(|(file, _)| CONSTANTS.contains(file)) {
+        let module = file.rsplit('/').next().expect("a path has a name");
+        code += &format!("/// Constants of `shaders/{file}.wgsl`.\npub mod {module} {{\n");
+        for line in text.lines().filter(|line| line.starts_with("const ")) {
+            // Rust has no suffix `u`.
+            let (name, value) = line.split_once('=').expect("a constant has a value");
+            code += &format!("    pub {name}={};\n", value.trim_end_matches(['u', ';']).replace("u ", " "));
+        }
+        code += "}\n";
+    }
     let path = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it")).join("layout.rs");
     std::fs::write(&path, code).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
 }

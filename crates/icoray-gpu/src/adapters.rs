@@ -220,14 +220,6 @@ mod tests {
         assert_eq!(of(Some(Adapter::Number(4))), [4; 5]);
     }
 
-    #[test]
-    fn processors_are_used_on_request_only() {
-        let node = listed(&[("llvmpipe", Kind::Processor)]);
-        let reason = choose(&node, &wanted(None, 0)).unwrap_err().to_string();
-        assert!(reason.contains("llvmpipe is a processor"), "{reason}");
-        assert_eq!(choose(&node, &DeviceRequest { or_processor: true, ..wanted(None, 3) }), Ok(0));
-    }
-
     /// Set in the process that looks for a GPU where there is none.
     #[cfg(target_os = "linux")]
     const CHILD: &str = "ICORAY_TEST_DEVICE_NODES";
@@ -259,14 +251,17 @@ mod tests {
         }
     }
 
+    /// Also a processor, unless it is asked for.
     #[test]
     fn missing_adapters_are_reported() {
-        let node = listed(&[("A", Kind::Discrete)]);
+        let node = listed(&[("llvmpipe", Kind::Processor)]);
+        assert_eq!(choose(&node, &DeviceRequest { or_processor: true, ..wanted(None, 3) }), Ok(0));
         for (adapters, adapter, words) in [
+            (&node[..], None, "llvmpipe is a processor"),
             (&node[..0], None, "no Vulkan adapter"),
             (&node[..0], Some(Adapter::Number(0)), "no Vulkan adapter"),
-            (&node, Some(Adapter::Number(1)), "no adapter has the number 1 of [\"A\"]"),
-            (&node, Some(Adapter::Name("B".into())), "no adapter is named \"B\" of [\"A\"]"),
+            (&node, Some(Adapter::Number(1)), "no adapter has the number 1 of [\"llvmpipe\"]"),
+            (&node, Some(Adapter::Name("B".into())), "no adapter is named \"B\" of [\"llvmpipe\"]"),
         ] {
             let reason = choose(adapters, &wanted(adapter, 0)).unwrap_err().to_string();
             assert!(reason.contains(words), "{reason}");

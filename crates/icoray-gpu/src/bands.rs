@@ -31,6 +31,8 @@ pub(crate) struct Bands<'b> {
     pub ctx: &'b Context,
     pub tiles: &'b [Tile],
     pub list: Vec<Band>,
+    /// Largest number of rays of a band.
+    pub max_rays: usize,
     /// Bytes that were uploaded.
     pub bytes: u64,
     pipeline: wgpu::ComputePipeline,
@@ -57,24 +59,24 @@ impl<'b> Bands<'b> {
         in_parts: bool,
     ) -> Result<Self, FallbackReason> {
         let (ctx, pipelines) = (picture.ctx, picture.pipelines);
-        // A band whose fragments exceed their buffer is traced twice.
         let contents = contents(picture.job, in_parts);
-        let (name, scene_layout, label, ray_bytes, runs) = match (in_parts, contents.scenery) {
-            (true, false) => ("parts", &pipelines.parts, "rays through a part", size_of::<Passed>(), 2),
-            (true, true) => ("parts", &pipelines.scene_parts, "rays through a part", size_of::<Passed>(), 2),
-            (false, false) => ("picture", &pipelines.picture, "pixels", size_of::<Pixel>(), 1),
-            (false, true) => ("picture", &pipelines.scene, "pixels", size_of::<Pixel>(), 1),
+        // A band whose fragments exceed their buffer is traced twice.
+        let (name, layouts, label, ray_bytes, runs) = match in_parts {
+            true => ("parts", &pipelines.parts, "rays through a part", size_of::<Passed>(), 2),
+            false => ("picture", &pipelines.picture, "pixels", size_of::<Pixel>(), 1),
         };
+        let scene_layout = &layouts[usize::from(contents.scenery)];
         let shader = (name, contents, scene_layout);
         let constants = [picture.constants(in_parts), field.constants()].concat();
         let pipeline = pipelines.get(ctx, shader, field.layout.pages, constants)?;
         let params = field.params(picture);
         let (list, pieces) = split(picture, tiles);
-        let uniform = ctx.pooled_uniform("params", &params)?;
+        let uniform = ctx.pooled_data("params", &[params], BufferUsages::UNIFORM)?;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
-        let output = ctx.pooled(label, max_rays(&list, tiles) * ray_bytes, usage)?;
+        let max_rays = list.iter().map(|band| rays(&tiles[band.tiles.clone()])).max().unwrap_or(0);
+        let output = ctx.pooled(label, max_rays * ray_bytes, usage)?;
         let bytes = size_of_val(pieces.as_slice()) as u64;
-        let pieces = ctx.pooled_storage("pieces", &pieces)?;
+        let pieces = ctx.pooled_data("pieces", &pieces, BufferUsages::STORAGE)?;
         let group = picture.group(&field.cells, [&uniform, &pieces, &output])?;
         let [values, gradients] = field.groups(ctx)?;
         let timestamps = Timestamps::new(ctx, runs * list.len())?;
@@ -82,6 +84,7 @@ impl<'b> Bands<'b> {
             ctx,
             tiles,
             list,
+            max_rays,
             bytes,
             pipeline,
             groups: [group, values, gradients],
@@ -93,10 +96,6 @@ impl<'b> Bands<'b> {
             timestamps,
             scene_layout,
         })
-    }
-
-    pub fn max_rays(&self) -> usize {
-        max_rays(&self.list, self.tiles)
     }
 
     /// Submits a band with bind group 2 and the readback of its results. `before` encodes commands that precede it.
@@ -131,10 +130,6 @@ impl<'b> Bands<'b> {
 
 fn rays(tiles: &[Tile]) -> usize {
     tiles.iter().map(|(_, tile)| tile.pixels()).sum()
-}
-
-fn max_rays(bands: &[Band], tiles: &[Tile]) -> usize {
-    bands.iter().map(|band| rays(&tiles[band.tiles.clone()])).max().unwrap_or(0)
 }
 
 /// Groups tiles into bands, and cuts them into pieces.

@@ -11,9 +11,9 @@ use wgpu::BufferUsages;
 /// Largest number of storage buffers of a shader besides its pages, which come in pairs.
 pub(crate) const NON_PAGE_STORAGE_BUFFERS: u32 = 14;
 
-/// Open devices that nobody uses. GPUs are closed only if they are lost: with NVIDIA's driver the process waits for ever
-/// if one thread closes a device while another compiles a shader (seen with 580.159). Processors are closed, and with
-/// them their threads end.
+/// Open devices that nobody uses. GPUs are closed only if they are lost: with NVIDIA's driver the process waits for
+/// ever if one thread closes a device while another compiles a shader (seen with 580.159). Processors are closed, and
+/// with them their threads end.
 static IDLE: Mutex<Vec<OpenDevice>> = Mutex::new(Vec::new());
 
 #[derive(Debug, Clone)]
@@ -182,26 +182,14 @@ impl Context {
         Ok(PooledBuffer::new(buffer, &self.pool))
     }
 
-    /// A pooled uniform buffer that holds `value`.
-    pub fn pooled_uniform<T: bytemuck::NoUninit>(
-        &self,
-        label: &str,
-        value: &T,
-    ) -> Result<PooledBuffer, FallbackReason> {
-        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
-        let buffer = self.pooled(label, size_of::<T>(), usage)?;
-        self.write(&buffer, std::slice::from_ref(value))?;
-        Ok(buffer)
-    }
-
-    /// A pooled storage buffer that holds `elements`.
-    pub fn pooled_storage<T: bytemuck::NoUninit>(
+    /// A pooled buffer of `usage`, storage or uniform, that holds `elements`.
+    pub fn pooled_data<T: bytemuck::NoUninit>(
         &self,
         label: &str,
         elements: &[T],
+        usage: BufferUsages,
     ) -> Result<PooledBuffer, FallbackReason> {
-        let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
-        let buffer = self.pooled(label, size_of_val(elements), usage)?;
+        let buffer = self.pooled(label, size_of_val(elements), usage | BufferUsages::COPY_DST)?;
         self.write(&buffer, elements)?;
         Ok(buffer)
     }

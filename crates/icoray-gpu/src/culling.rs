@@ -6,11 +6,12 @@ use crate::pool::PooledBuffer;
 use glam::DVec3;
 use icoray::Grid;
 use icoray::device::{FallbackReason, Job, Rect};
+use icoray_grid::visible_cells::VisibleCells;
 use rayon::prelude::*;
-use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use wgpu::BufferUsages;
 
 /// Size of a field in bytes above which its cells are culled.
 const LARGE: usize = 4 << 20;
@@ -78,22 +79,9 @@ impl ViewFrustum {
     }
 
     /// The cells of triangles that rays can pass between the lowest and the highest layer, up to an opaque core.
-    fn cells(&self, grid: &Grid, extents: &CellExtents) -> Vec<u32> {
-        let [inner, outer] = self.shell;
-        let distance = self.eye.length();
-        let towards = self.eye.normalize_or_zero();
-        // Lower bound of the radius of the lowest layer's facets, which lie below its sphere. Beyond the limb of the
-        // core, visible cells lie no farther round than the place where a ray tangent to the core leaves the shell.
-        let core = inner * extents.max.min(FRAC_PI_2).cos();
-        let farthest = (core / distance).min(1.0).acos() + (core / outer).acos();
-        let min_cos = if self.has_core { farthest.cos() } else { -1.0 };
-        let is_visible = |cell: &u32| {
-            // All points of the cell's triangles lie within its extent.
-            let (direction, extent) = (grid.direction(*cell), f64::from(extents.of[*cell as usize]));
-            let ends = [core, outer].map(|radius| radius * direction - self.eye);
-            let is_inside = |side: &DVec3| ends.iter().any(|end| side.dot(*end) >= -outer * extent);
-            direction.dot(towards) >= min_cos - extent && self.sides.iter().all(is_inside)
-        };
+    fn cells(&self, grid: &Grid) -> Vec<u32> {
+        let seen = VisibleCells::new(grid, self.eye, self.sides, self.shell, self.has_core);
+        let is_visible = |cell: &u32| seen.contains(grid.direction(*cell));
         let cells = 0..grid.cells() as u32;
         if !self.is_lit {
             return cells.into_par_iter().filter(is_visible).collect();
@@ -110,43 +98,13 @@ impl ViewFrustum {
     }
 }
 
-/// For each cell an upper bound of the longest side of its triangles, in radians.
-#[derive(Debug)]
-struct CellExtents {
-    of: Vec<f32>,
-    max: f64,
-}
-
-impl CellExtents {
-    fn new(grid: &Grid) -> Self {
-        let mut of = vec![0.0f32; grid.cells()];
-        for triangle in (0..grid.triangles() as u32).filter(|triangle| grid.is_triangle(*triangle)) {
-            let cells = grid.triangle(triangle);
-            let [a, b, c] = cells.map(|cell| grid.direction(cell));
-            let chord = (a - b).length().max((b - c).length()).max((c - a).length());
-            // The margin exceeds all rounding.
-            let angle = 1.001 * 2.0 * (0.5 * chord).min(1.0).asin() + 1e-6;
-            cells.iter().for_each(|cell| of[*cell as usize] = of[*cell as usize].max(angle as f32));
-        }
-        let max = of.iter().copied().fold(0.0, f32::max);
-        CellExtents { of, max: f64::from(max) }
-    }
-}
-
 /// Culls the cells of a grid, and caches the sets of the last views; the key `None` is the set of all cells.
-#[derive(Debug)]
-pub(crate) struct Culling {
-    extents: CellExtents,
-    cached: Mutex<Vec<(Option<ViewFrustum>, Arc<CellSet>)>>,
-}
+#[derive(Debug, Default)]
+pub(crate) struct Culling(Mutex<Vec<(Option<ViewFrustum>, Arc<CellSet>)>>);
 
 impl Culling {
-    pub fn new(grid: &Grid) -> Self {
-        Culling { extents: CellExtents::new(grid), cached: Mutex::default() }
-    }
-
     fn cached(&self) -> MutexGuard<'_, Vec<(Option<ViewFrustum>, Arc<CellSet>)>> {
-        self.cached.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The cells whose columns the rays of a picture can read with any of its tiles, and the number of bytes uploaded
@@ -164,7 +122,7 @@ impl Culling {
             return Ok((Arc::clone(cells), 0));
         }
         let cells = Arc::new(match &view {
-            Some(view) => self.of_view(ctx, job, view)?,
+            Some(view) => Self::of_view(ctx, job, view)?,
             None => CellSet::all(columns),
         });
         let mut cached = self.cached();
@@ -176,7 +134,7 @@ impl Culling {
     }
 
     /// The cells whose columns the rays of `tiles` can read.
-    pub fn of_tiles(&self, ctx: &Context, job: &Job, tiles: &[(usize, Rect)]) -> Result<CellSet, FallbackReason> {
+    pub fn of_tiles(ctx: &Context, job: &Job, tiles: &[(usize, Rect)]) -> Result<CellSet, FallbackReason> {
         let (scene, step) = (job.scene(), job.quality().pixel_step);
         let end = |first: u32, count: u32, side: u32| ((first + count - 1) * step).min(side - 1) + 1;
         let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
@@ -185,12 +143,12 @@ impl Culling {
             high = [high[0].max(end(*left, *width, scene.width)), high[1].max(end(*top, *height, scene.height))];
         }
         let [across, down] = [0, 1].map(|k| low[k].min(high[k] - 1)..high[k]);
-        self.of_view(ctx, job, &ViewFrustum::new(job, [across, down]))
+        Self::of_view(ctx, job, &ViewFrustum::new(job, [across, down]))
     }
 
-    fn of_view(&self, ctx: &Context, job: &Job, view: &ViewFrustum) -> Result<CellSet, FallbackReason> {
+    fn of_view(ctx: &Context, job: &Job, view: &ViewFrustum) -> Result<CellSet, FallbackReason> {
         let grid = job.grid();
-        let list = view.cells(grid, &self.extents);
+        let list = view.cells(grid);
         // If most cells are visible, saving the lookup in `places` is worth more than the memory.
         if 8 * list.len() >= 7 * grid.cells() {
             return Ok(CellSet::all(grid.cells()));
@@ -199,6 +157,6 @@ impl Culling {
         for (place, cell) in (0..).zip(&list) {
             places[*cell as usize] = place;
         }
-        Ok(CellSet::new(list, Some(ctx.pooled_storage("places of columns", &places)?)))
+        Ok(CellSet::new(list, Some(ctx.pooled_data("places of columns", &places, BufferUsages::STORAGE)?)))
     }
 }

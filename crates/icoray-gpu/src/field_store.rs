@@ -149,7 +149,7 @@ impl FieldStore {
             } else if field.gradient_key.is_some() {
                 let (words, usage) = (count.div_ceil(2), BufferUsages::STORAGE | BufferUsages::COPY_DST);
                 let page = ctx.pooled("page of last digits", words * 2 * REST_BYTES, usage)?;
-                self.staging.fill(ctx, &page, words, |first, words: &mut [[i16; 2]]| {
+                self.staging.fill(ctx, &page, words, |first, words| {
                     let digits: &mut [i16] = bytemuck::cast_slice_mut(words);
                     let end = digits.len().min(count - 2 * first);
                     job.residuals(&columns, layers.clone(), 2 * first, &mut digits[..end]);
@@ -184,7 +184,7 @@ impl FieldStore {
             if gradient.is_nan() { 0.0 } else { gradient.clamp(-MAX_GRADIENT, MAX_GRADIENT) }
         };
         let count = 3 * columns.len() * layers.len();
-        self.staging.fill(picture.ctx, page, count, |first, components: &mut [f32]| {
+        self.staging.fill(picture.ctx, page, count, |first, components| {
             (first..).zip(components).for_each(|(at, gradient)| *gradient = component(at));
         })
     }
@@ -201,13 +201,13 @@ fn compute_gradients(picture: &Picture, field: &DeviceField, rests: &[PooledBuff
     let (triangles, bytes) = picture.mesh.cell_triangles(ctx, picture.job.grid())?;
     let shader = ("gradient", Contents::default(), &pipelines.gradient);
     let pipeline = pipelines.get(ctx, shader, field.layout.pages, field.constants())?;
-    let params = ctx.pooled_uniform("params", &field.params(picture))?;
+    let params = ctx.pooled_data("params", &[field.params(picture)], BufferUsages::UNIFORM)?;
     // The shader reads neither pieces nor pixels.
     let pieces = ctx.pooled("no pieces", 0, BufferUsages::STORAGE)?;
     let pixels = ctx.pooled("no pixels", 0, BufferUsages::STORAGE)?;
     let tables = picture.group(cells, [&params, &pieces, &pixels])?;
     let cells_of_columns = match cells.places {
-        Some(_) => ctx.pooled_storage("cells of columns", &cells.list)?,
+        Some(_) => ctx.pooled_data("cells of columns", &cells.list, BufferUsages::STORAGE)?,
         None => ctx.pooled("no cells", 0, BufferUsages::STORAGE)?,
     };
     let values = page_group(ctx, &field.pages)?;
@@ -217,7 +217,7 @@ fn compute_gradients(picture: &Picture, field: &DeviceField, rests: &[PooledBuff
         let first = page * columns;
         let columns = columns.min(cells.list.len() - first);
         let around = Around { first: first as u32, columns: columns as u32, row: triangles.row };
-        let around = ctx.pooled_uniform("around cells", &around)?;
+        let around = ctx.pooled_data("around cells", &[around], BufferUsages::UNIFORM)?;
         let buffers = [&*around, &triangles.buffer, &cells_of_columns, gradients];
         let own = bind_group(ctx, &pipelines.gradient, buffers)?;
         let workgroups = ((columns * layers) as u32).div_ceil(WORKGROUP);

@@ -148,7 +148,7 @@ impl Device for Gpu {
         // In one pass only: a second one would walk all rays again.
         let (field, bytes) = self.fields.get(&picture, &cells)??;
         let trace = FragmentTrace::new(&picture, &field, own, &tiles)?;
-        spent.bytes_uploaded += bytes + trace.bytes();
+        spent.bytes_uploaded += bytes + trace.bands.bytes;
         spent.unread_bytes = spent.field_bytes.saturating_sub(field.bytes());
         spent.passes = 1;
         spent.upload_s = start.elapsed().as_secs_f64();

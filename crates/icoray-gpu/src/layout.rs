@@ -1,5 +1,5 @@
-//! The structs in the shaders' buffers, with the names and members of their declarations in `shaders/`, from which the
-//! build script makes them.
+//! The structs in the shaders' buffers and constants of shaders, with the names of their declarations in `shaders/`,
+//! from which the build script makes them.
 #![allow(missing_docs)]
 
 use bytemuck::{Pod, Zeroable};
@@ -49,50 +49,4 @@ impl From<&icoray::device::Step> for Step {
         let finite = |x: f32| x.min(1e37);
         Step { value: step.value, extinction: finite(step.extinction), slope: finite(step.slope) }
     }
-}
-
-impl Clip {
-    /// The conditions in `kind`.
-    pub const HAS_HALF_SPACE: u32 = 1;
-    pub const HAS_SHELL: u32 = 2;
-    pub const HAS_LATITUDES: u32 = 4;
-    pub const HAS_LONGITUDES: u32 = 8;
-    pub const IS_WIDE: u32 = 16;
-}
-
-impl SurfaceLayer {
-    /// `layer` of a sphere.
-    pub const AT_RADIUS: u32 = u32::MAX;
-}
-
-impl Material {
-    /// The values of `kind`.
-    pub const PLAIN: u32 = 0;
-    pub const FIELD: u32 = 1;
-    pub const CELLS: u32 = 2;
-    pub const BETWEEN: u32 = 3;
-}
-
-impl Isosurface {
-    /// The number of the volume's field.
-    pub const OWN_FIELD: u32 = u32::MAX;
-}
-
-impl Fragment {
-    /// `painted` of a fragment that does not end at a place whose light the host computes, and of one that ends at the
-    /// core.
-    pub const NOT_PAINTED: u32 = u32::MAX;
-    pub const PAINTED_CORE: u32 = u32::MAX - 1;
-}
-
-impl Pixel {
-    /// `error` of a ray that missed the shell.
-    pub const MISSED: f32 = icoray::device::Traced::MISSED;
-    /// `error` of a ray whose walk failed.
-    pub const LOST: f32 = -2.0;
-}
-
-impl Passed {
-    /// Bit of `fragments` that marks a ray whose walk failed.
-    pub const LOST: u32 = 1 << 31;
 }

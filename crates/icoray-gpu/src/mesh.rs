@@ -2,14 +2,11 @@
 
 use crate::context::Context;
 use crate::culling::Culling;
-use crate::layout::halves;
+use crate::layout::{gradient, halves};
 use icoray::Grid;
 use icoray::device::FallbackReason;
 use rayon::prelude::*;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
-
-/// Marks that there is no triangle behind a cell's last one: `NONE` of `shaders/gradient.wgsl`.
-const NONE: u32 = u32::MAX;
 
 #[derive(Debug)]
 pub(crate) struct DeviceMesh {
@@ -26,7 +23,7 @@ pub(crate) struct DeviceMesh {
 pub(crate) struct CellTriangles {
     /// Entries per cell.
     pub row: u32,
-    /// One row per cell, filled up with [`NONE`].
+    /// One row per cell, filled up with [`gradient::NONE`].
     pub buffer: wgpu::Buffer,
 }
 
@@ -77,7 +74,7 @@ impl DeviceMesh {
         Ok(DeviceMesh {
             start: grid.nearest_valid_triangle(0),
             buffers,
-            culling: Culling::new(grid),
+            culling: Culling::default(),
             cell_triangles: OnceLock::new(),
         })
     }
@@ -90,7 +87,7 @@ impl DeviceMesh {
         let triangles = |cell: u32| grid.corners_of(cell).filter(|&corner| grid.is_triangle(corner));
         let cells = grid.cells() as u32;
         let row = (0..cells).into_par_iter().map(|cell| triangles(cell).count()).max().unwrap_or(0).max(1);
-        let mut rows = vec![NONE; grid.cells() * row];
+        let mut rows = vec![gradient::NONE; grid.cells() * row];
         rows.par_chunks_exact_mut(row).zip(0..cells).for_each(|(places, cell)| {
             places.iter_mut().zip(triangles(cell)).for_each(|(place, triangle)| *place = triangle);
         });

@@ -3,7 +3,7 @@
 use crate::context::Context;
 use crate::pipelines::{bind_group, compile, dispatch};
 use crate::readback::Readback;
-use crate::shader;
+use crate::shader::{self, Contents};
 use crate::timestamps::Timestamps;
 use icoray::device::FallbackReason;
 use std::time::Instant;
@@ -54,15 +54,16 @@ fn upload_rates(ctx: &Context) -> Result<(f64, f64), FallbackReason> {
     let source = ctx.buffer("to be sent", bytes as usize, usage)?;
     source.unmap();
     let host = vec![1u8; bytes as usize];
-    let direct = min_seconds(|| {
+    let copy = || {
         let mut encoder = ctx.device.create_command_encoder(&Default::default());
         encoder.copy_buffer_to_buffer(&source, 0, &target, 0, bytes);
         execute(ctx, encoder)
-    })?;
-    let staged = min_seconds(|| {
+    };
+    let write = || {
         ctx.queue.write_buffer(&target, 0, &host);
         execute(ctx, ctx.device.create_command_encoder(&Default::default()))
-    })?;
+    };
+    let (direct, staged) = (fastest(|| seconds(copy))?, fastest(|| seconds(write))?);
     Ok((bytes as f64 / direct, bytes as f64 / staged))
 }
 
@@ -71,12 +72,12 @@ fn readback_rate(ctx: &Context) -> Result<f64, FallbackReason> {
     let usage = BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
     let source = ctx.buffer("read", bytes as usize, usage)?;
     let mut host = vec![0u8; bytes as usize];
-    let seconds = min_seconds(|| {
+    let mut read = || {
         let commands = ctx.device.create_command_encoder(&Default::default());
         let readback = Readback::submit(ctx, commands, &source, bytes as usize)?;
         readback.wait(ctx, |read| host.copy_from_slice(read))
-    })?;
-    Ok(bytes as f64 / seconds)
+    };
+    Ok(bytes as f64 / fastest(|| seconds(&mut read))?)
 }
 
 fn memory_rate(ctx: &Context) -> Result<f64, FallbackReason> {
@@ -106,24 +107,18 @@ fn flops(ctx: &Context) -> Result<f64, FallbackReason> {
 
 /// Seconds of a pass of `shaders/measure/NAME.wgsl`, by the device's clock if it has one.
 fn pass_seconds(ctx: &Context, name: &str, buffers: &[&wgpu::Buffer], count: u64) -> Result<f64, FallbackReason> {
-    let text = shader::compose(&format!("measure/{name}"));
+    let text = shader::compose(&format!("measure/{name}"), Contents::default(), 1);
     let pipeline = compile(ctx, name, text, None, &[])?;
     let group = bind_group(ctx, &pipeline.get_bind_group_layout(0), buffers.iter().copied())?;
-    let mut min = f64::INFINITY;
-    for run in 0..RUNS {
+    let run = || {
         let timestamps = Timestamps::new(ctx, 1)?;
         let mut encoder = ctx.device.create_command_encoder(&Default::default());
         dispatch(&mut encoder, &timestamps.pass(), &pipeline, [&group], [count as u32, 1]);
         timestamps.resolve(&mut encoder);
-        let start = Instant::now();
-        execute(ctx, encoder)?;
-        let elapsed = start.elapsed().as_secs_f64();
-        let seconds = timestamps.seconds(ctx)?.unwrap_or(elapsed);
-        if run > 0 {
-            min = min.min(seconds);
-        }
-    }
-    Ok(min)
+        let elapsed = seconds(|| execute(ctx, encoder))?;
+        Ok(timestamps.seconds(ctx)?.unwrap_or(elapsed))
+    };
+    fastest(run)
 }
 
 /// Submits commands and waits for their end.
@@ -134,15 +129,14 @@ fn execute(ctx: &Context, encoder: wgpu::CommandEncoder) -> Result<(), FallbackR
     waited.map(drop).map_err(|e| FallbackReason::new(format!("waiting for {}: {e}", ctx.name())))
 }
 
-/// The shortest time of `run` in seconds, without the first one.
-fn min_seconds(mut run: impl FnMut() -> Result<(), FallbackReason>) -> Result<f64, FallbackReason> {
-    let mut min = f64::INFINITY;
-    for i in 0..RUNS {
-        let start = Instant::now();
-        run()?;
-        if i > 0 {
-            min = min.min(start.elapsed().as_secs_f64());
-        }
-    }
-    Ok(min)
+fn seconds(run: impl FnOnce() -> Result<(), FallbackReason>) -> Result<f64, FallbackReason> {
+    let start = Instant::now();
+    run()?;
+    Ok(start.elapsed().as_secs_f64())
+}
+
+/// The shortest of several times, without the first one.
+fn fastest(time: impl FnMut() -> Result<f64, FallbackReason>) -> Result<f64, FallbackReason> {
+    let times: Vec<f64> = std::iter::repeat_with(time).take(RUNS).collect::<Result<_, _>>()?;
+    Ok(times[1..].iter().copied().fold(f64::INFINITY, f64::min))
 }

@@ -2,7 +2,7 @@
 
 use crate::context::Context;
 use crate::culling::CellSet;
-use crate::layout::{Params, Shading, ShellLayer, Span, Step, halves, halves3};
+use crate::layout::{Params, Shading, ShellLayer, Span, Step, halves, halves3, lit};
 use crate::mesh::DeviceMesh;
 use crate::pieces::RayEntries;
 use crate::pipelines::{Constants, Pipelines, bind_group};
@@ -12,10 +12,7 @@ use glam::DVec3;
 use icoray::device::{self, BudgetTable, ENDLESS, FallbackReason, Job};
 use icoray::{Lights, Method};
 use std::sync::Arc;
-
-/// Largest number of bisections of a piece of a ray for the accuracy of its light: `MAX_CUTS` of
-/// `shaders/kernel/lit.wgsl`.
-const MAX_CUTS: u32 = 20;
+use wgpu::BufferUsages;
 
 /// A picture and the data besides the field that its rays read on the device.
 pub(crate) struct Picture<'p> {
@@ -47,9 +44,9 @@ impl<'p> Picture<'p> {
         };
         let shell: Vec<ShellLayer> = (0..radius.len()).map(layer).collect();
         let tables = [
-            ctx.pooled_storage("spans", &spans)?,
-            ctx.pooled_storage("steps", &steps)?,
-            ctx.pooled_storage("layers", &shell)?,
+            ctx.pooled_data("spans", &spans, BufferUsages::STORAGE)?,
+            ctx.pooled_data("steps", &steps, BufferUsages::STORAGE)?,
+            ctx.pooled_data("layers", &shell, BufferUsages::STORAGE)?,
         ];
         Ok(Picture { ctx, pipelines, job, mesh, entries, tables })
     }
@@ -73,11 +70,12 @@ impl<'p> Picture<'p> {
     pub fn scene_buffers(&self) -> Result<Vec<PooledBuffer>, FallbackReason> {
         let ctx = self.ctx;
         // All zero if the scene is unlit.
-        let mut buffers = vec![ctx.pooled_uniform("the light", &shading(self.job).unwrap_or_default())?];
+        let light = shading(self.job).unwrap_or_default();
+        let mut buffers = vec![ctx.pooled_data("the light", &[light], BufferUsages::UNIFORM)?];
         if let Some(scenery) = self.job.scenery() {
             let tables = SceneTables::new(self.job, scenery);
-            buffers.push(ctx.pooled_uniform("scenery", &tables.scenery)?);
-            buffers.push(ctx.pooled_storage("values of surfaces", &tables.values)?);
+            buffers.push(ctx.pooled_data("scenery", &[tables.scenery], BufferUsages::UNIFORM)?);
+            buffers.push(ctx.pooled_data("values of surfaces", &tables.values, BufferUsages::STORAGE)?);
         }
         Ok(buffers)
     }
@@ -170,7 +168,7 @@ fn shading(job: &Job) -> Option<Shading> {
         shininess: ray.shininess,
         sharpness: ray.sharpness,
         is_headlight: u32::from(shading.towards_light.is_none()),
-        max_cuts: if job.quality().lights == Lights::Coarse { 0 } else { MAX_CUTS },
+        max_cuts: if job.quality().lights == Lights::Coarse { 0 } else { lit::MAX_CUTS },
         padding: [0; 3],
     })
 }

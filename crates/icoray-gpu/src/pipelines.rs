@@ -30,14 +30,10 @@ const MAX_PIPELINES: usize = 16;
 pub(crate) struct Pipelines {
     /// Group 0.
     pub tables: wgpu::BindGroupLayout,
-    /// Group 2 of `shaders/picture.wgsl`.
-    pub picture: wgpu::BindGroupLayout,
-    /// Group 2 of `shaders/picture.wgsl` for scenes of more than one volume and a core.
-    pub scene: wgpu::BindGroupLayout,
-    /// Group 2 of `shaders/parts.wgsl`.
-    pub parts: wgpu::BindGroupLayout,
-    /// Group 2 of `shaders/parts.wgsl` for scenes of more than one volume and a core.
-    pub scene_parts: wgpu::BindGroupLayout,
+    /// Group 2 of `shaders/picture.wgsl`, and for scenes of more than one volume and a core.
+    pub picture: [wgpu::BindGroupLayout; 2],
+    /// Group 2 of `shaders/parts.wgsl`, and for such scenes.
+    pub parts: [wgpu::BindGroupLayout; 2],
     /// Group 2 of `shaders/gradient.wgsl`.
     pub gradient: wgpu::BindGroupLayout,
     /// The last used comes last.
@@ -46,12 +42,13 @@ pub(crate) struct Pipelines {
 
 impl Pipelines {
     pub fn new(ctx: &Context) -> Self {
+        // As `Picture::scene_buffers` has them.
+        let scenes: [&[_]; 2] = [&[Uniform], &[Uniform, Uniform, READ]];
+        let part = [READ, READ, READ_WRITE];
         Pipelines {
             tables: bind_group_layout(ctx, &TABLES),
-            picture: bind_group_layout(ctx, &[Uniform]),
-            scene: bind_group_layout(ctx, &[Uniform, Uniform, READ]),
-            parts: bind_group_layout(ctx, &[Uniform, READ, READ, READ_WRITE]),
-            scene_parts: bind_group_layout(ctx, &[Uniform, Uniform, READ, READ, READ, READ_WRITE]),
+            picture: scenes.map(|scene| bind_group_layout(ctx, scene)),
+            parts: scenes.map(|scene| bind_group_layout(ctx, &[scene, &part].concat())),
             gradient: bind_group_layout(ctx, &[Uniform, READ, READ, READ_WRITE]),
             compiled: Mutex::default(),
         }
@@ -73,7 +70,7 @@ impl Pipelines {
         } else {
             let page_layout = page_layout(ctx, pages);
             let layouts = [&self.tables, &page_layout, own, &page_layout];
-            compile(ctx, name, shader::compose_for(name, contents, pages), Some(layouts), &key.2)?
+            compile(ctx, name, shader::compose(name, contents, pages), Some(layouts), &key.2)?
         };
         if compiled.len() == MAX_PIPELINES {
             compiled.remove(0);

@@ -1,6 +1,6 @@
 //! Surfaces, isosurfaces, cuts and further volumes of a scene, in the shaders' form.
 
-use crate::layout::{self, Clip, Material, Scenery, SurfaceLayer, VolumeMap, halves, halves3};
+use crate::layout::{Clip, Scenery, SurfaceLayer, VolumeMap, halves, halves3, scenery as constants};
 use crate::shader::Contents;
 use icoray::device::{self, ClipRegion, ColorByField, FieldId, IsosurfacePaint, Job, Paint, SurfacePlace};
 
@@ -59,7 +59,7 @@ impl SceneTables {
             ..Scenery::default()
         };
         scenery.clips.iter_mut().zip(&shown.clips).for_each(|(clip, region)| *clip = clip_of(region));
-        let number = |field: FieldId| field.map_or(layout::Isosurface::OWN_FIELD, |number| number as u32);
+        let number = |field: FieldId| field.map_or(constants::OWN_FIELD, |number| number as u32);
         let (mut all, mut materials) = (Vec::new(), scenery.materials.iter_mut());
         let (mut first_material, mut first_span) = (0, job.spans().len() as u32);
         for (layer, surface) in scenery.surface_layers.iter_mut().zip(&shown.surface_layers) {
@@ -69,7 +69,7 @@ impl SceneTables {
             match surface.place {
                 SurfacePlace::Layer(number) => layer.layer = number as u32,
                 SurfacePlace::Radius(radius) => {
-                    (layer.layer, layer.radius) = (SurfaceLayer::AT_RADIUS, halves(radius));
+                    (layer.layer, layer.radius) = (constants::AT_RADIUS, halves(radius));
                     scenery.sphere_count += 1;
                 }
             }
@@ -77,16 +77,16 @@ impl SceneTables {
             for (shown, material) in surface.materials.iter().zip(materials.by_ref()) {
                 material.opacity = shown.opacity;
                 match &shown.paint {
-                    Paint::Plain(color) => (material.color, material.kind) = (*color, Material::PLAIN),
+                    Paint::Plain(color) => (material.color, material.kind) = (*color, constants::MATERIAL_PLAIN),
                     Paint::Field { spans, values, by_cell } => {
-                        material.kind = if *by_cell { Material::CELLS } else { Material::FIELD };
+                        material.kind = if *by_cell { constants::MATERIAL_CELLS } else { constants::MATERIAL_FIELD };
                         (material.first_value, material.first_span) = (all.len() as u32, first_span);
                         material.span_count = spans.len() as u32;
                         first_span += material.span_count;
                         all.extend_from_slice(values);
                     }
                     Paint::Between(colors) => {
-                        (material.kind, material.field) = (Material::BETWEEN, number(colors.field));
+                        (material.kind, material.field) = (constants::MATERIAL_BETWEEN, number(colors.field));
                         (material.first_span, material.span_count) = (first_span, colors.spans.len() as u32);
                         [material.scale, material.shift] = colors.to_spans;
                         first_span += material.span_count;
@@ -98,9 +98,9 @@ impl SceneTables {
         for (surface, shown) in scenery.isosurfaces.iter_mut().zip(&shown.isosurfaces) {
             (surface.opacity, surface.value, surface.field) = (shown.opacity, shown.value, number(shown.field));
             match &shown.paint {
-                IsosurfacePaint::Plain(color) => (surface.color, surface.kind) = (*color, Material::PLAIN),
+                IsosurfacePaint::Plain(color) => (surface.color, surface.kind) = (*color, constants::MATERIAL_PLAIN),
                 IsosurfacePaint::Field(colors) => {
-                    (surface.kind, surface.color_field) = (Material::FIELD, number(colors.field));
+                    (surface.kind, surface.color_field) = (constants::MATERIAL_FIELD, number(colors.field));
                     (surface.first_span, surface.span_count) = (first_span, colors.spans.len() as u32);
                     [surface.scale, surface.shift] = colors.to_spans;
                     first_span += surface.span_count;
@@ -146,22 +146,22 @@ fn clip_of(region: &ClipRegion) -> Clip {
     let cuts_inside = u32::from(region.cuts_inside);
     let mut clip = Clip { first_layer: first, last_layer: last, cuts_inside, ..Clip::default() };
     if let Some((towards, distance)) = region.half_space {
-        clip.kind |= Clip::HAS_HALF_SPACE;
+        clip.kind |= constants::HAS_HALF_SPACE;
         [clip.towards_hi, clip.towards_lo] = halves3(towards.to_array());
         [clip.distance_hi, clip.distance_lo] = halves(distance);
     }
     if let Some(shell) = region.shell {
-        clip.kind |= Clip::HAS_SHELL;
+        clip.kind |= constants::HAS_SHELL;
         [clip.inner, clip.outer] = shell.map(halves);
     }
     let Some(region) = region.region else { return clip };
-    clip.kind |= Clip::HAS_LATITUDES;
+    clip.kind |= constants::HAS_LATITUDES;
     // Beyond the poles, where rounding does not matter.
     let sine = |lat: f64| if lat.abs() < 90.0 { lat.to_radians().sin() } else { 2.0 * lat.signum() };
     [clip.south, clip.north] = region.lat_deg.map(|lat| halves(sine(lat)));
     let [west, east] = region.lon_deg;
     if east - west < 360.0 {
-        clip.kind |= Clip::HAS_LONGITUDES | if east - west > 180.0 { Clip::IS_WIDE } else { 0 };
+        clip.kind |= constants::HAS_LONGITUDES | if east - west > 180.0 { constants::IS_WIDE } else { 0 };
         [clip.west, clip.east] = region.lon_deg.map(|lon| {
             let [[x, x_lo], [y, y_lo]] = [-lon.to_radians().sin(), lon.to_radians().cos()].map(halves);
             [x, y, x_lo, y_lo]

@@ -14,8 +14,8 @@ pub use icoray_shaders::SOURCES;
 pub struct Contents {
     /// More than one volume and a core: lines `#scene`, else `#plain`.
     pub scenery: bool,
-    /// Number of volumes, if there are several or the only one's opacity is that of another field: lines `#several`; else
-    /// 0: lines `#single`.
+    /// Number of volumes, if there are several or the only one's opacity is that of another field: lines `#several`;
+    /// else 0: lines `#single`.
     pub volumes: usize,
     /// Places whose light the host computes: lines `#painted`.
     pub painted: bool,
@@ -36,31 +36,19 @@ impl Contents {
     }
 }
 
-/// The shader `name` of a scene of one volume and a core with its imports, for a field of one page.
-///
-/// # Panics
-/// If there is no such shader.
-pub fn compose(name: &str) -> String {
-    compose_for(name, Contents::default(), 1)
-}
-
 /// The shader `name` of a scene with its imports, for a field of `pages` pages.
 ///
 /// # Panics
 /// If there is no such shader.
-pub fn compose_for(name: &str, contents: Contents, pages: usize) -> String {
-    expand_for(&format!("#import {name}"), contents, pages)
+pub fn compose(name: &str, contents: Contents, pages: usize) -> String {
+    expand(&format!("#import {name}"), contents, pages)
 }
 
-/// `text` with its imports, of a scene of one volume and a core and for a field of one page.
+/// `text` with its imports, of a scene and for a field of `pages` pages.
 ///
 /// # Panics
 /// If it imports a shader that does not exist.
-pub fn expand(text: &str) -> String {
-    expand_for(text, Contents::default(), 1)
-}
-
-fn expand_for(text: &str, contents: Contents, pages: usize) -> String {
+pub fn expand(text: &str, contents: Contents, pages: usize) -> String {
     let mut composer =
         Composer { pages, volumes: contents.volumes, tags: contents.tags(), seen: Vec::new(), whole: String::new() };
     composer.add(text);

@@ -11,15 +11,9 @@ use wgpu::BufferUsages;
 
 const BUFFER_BYTES: usize = 8 << 20;
 const MAX_BUFFERS: usize = 8;
-const ELEMENT_BYTES: usize = 4;
+const ELEMENT_BYTES: usize = size_of::<f32>();
 /// Elements that a thread writes at a time; they fit into its L1 cache.
 const BLOCK: usize = 4096;
-
-/// Types of 4 bytes that can be uploaded.
-pub(crate) trait Element: bytemuck::Pod + Send {}
-
-impl Element for f32 {}
-impl Element for [i16; 2] {}
 
 /// Staging buffers, created on first use.
 #[derive(Debug, Default)]
@@ -36,14 +30,14 @@ impl StagingBuffers {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Fills `buffer` with `count` elements. `values(first, elements)` computes those from number `first` on and is
-    /// called on all threads.
-    pub fn fill<T: Element>(
+    /// Fills `buffer` with `count` elements of the size of a float. `values(first, elements)` computes those from
+    /// number `first` on and is called on all threads.
+    pub fn fill(
         &self,
         ctx: &Context,
         buffer: &wgpu::Buffer,
         count: usize,
-        values: impl Fn(usize, &mut [T]) + Sync,
+        values: impl Fn(usize, &mut [f32]) + Sync,
     ) -> Result<(), FallbackReason> {
         let mut submitted = VecDeque::new();
         for first in (0..count).step_by(BUFFER_BYTES / ELEMENT_BYTES) {
@@ -108,16 +102,16 @@ impl StagingBuffers {
 }
 
 /// Writes a mapped staging buffer block by block.
-fn write<T: Element>(staging: wgpu::WriteOnly<'_, [u8]>, values: impl Fn(usize, &mut [T]) + Sync) {
+fn write(staging: wgpu::WriteOnly<'_, [u8]>, values: impl Fn(usize, &mut [f32]) + Sync) {
     let (blocks, mut tail) = staging.into_chunks::<{ BLOCK * ELEMENT_BYTES }>();
     let blocks: Vec<_> = blocks.into_iter().collect();
     let whole = blocks.len() * BLOCK;
     blocks.into_par_iter().enumerate().for_each(|(i, block)| {
-        let mut elements = [T::zeroed(); BLOCK];
+        let mut elements = [0.0; BLOCK];
         values(i * BLOCK, &mut elements);
         wgpu::WriteOnly::<[u8]>::from(block).copy_from_slice(bytemuck::cast_slice(&elements));
     });
-    let mut elements = vec![T::zeroed(); tail.len() / ELEMENT_BYTES];
+    let mut elements = vec![0.0; tail.len() / ELEMENT_BYTES];
     values(whole, &mut elements);
     tail.copy_from_slice(bytemuck::cast_slice(&elements));
 }

@@ -18,11 +18,10 @@ const COUNT_BYTES: usize = size_of::<u32>();
 /// Tiles of a picture, ready to be traced.
 pub(crate) struct FragmentTrace<'t> {
     picture: &'t Picture<'t>,
-    bands: Bands<'t>,
+    pub bands: Bands<'t>,
     part: layout::Part,
     /// The first buffers of group 2.
     scene: Vec<PooledBuffer>,
-    owned_bytes: u64,
     /// A bit per triangle: whether it belongs to the rank.
     owned: PooledBuffer,
 }
@@ -44,23 +43,19 @@ impl<'t> FragmentTrace<'t> {
         own: &OwnedColumns,
         tiles: &'t [Tile],
     ) -> Result<Self, FallbackReason> {
-        let bands = Bands::new(picture, field, tiles, true)?;
+        let mut bands = Bands::new(picture, field, tiles, true)?;
         let owned = bits(own.triangles);
-        let owned_bytes = size_of_val(owned.as_slice()) as u64;
-        let owned = picture.ctx.pooled_storage("own triangles", &owned)?;
+        bands.bytes += size_of_val(owned.as_slice()) as u64;
+        let owned = picture.ctx.pooled_data("own triangles", &owned, BufferUsages::STORAGE)?;
         let part = part(own, picture.job.extent()[0]);
-        Ok(FragmentTrace { picture, bands, part, scene: picture.scene_buffers()?, owned_bytes, owned })
-    }
-
-    pub fn bytes(&self) -> u64 {
-        self.bands.bytes + self.owned_bytes
+        Ok(FragmentTrace { picture, bands, part, scene: picture.scene_buffers()?, owned })
     }
 
     /// Traces the tiles and passes those without lost rays to `sink`. Returns the number of the other tiles, and the
     /// seconds in rays by the device's clock.
     pub fn run(self, sink: &(dyn Fn(Fragments) + Sync)) -> Result<(usize, Option<f64>), FallbackReason> {
-        let mut lost = 0;
-        let mut buffer = self.fragment_buffer(self.bands.max_rays())?;
+        let (ctx, mut lost) = (self.picture.ctx, 0);
+        let mut buffer = self.fragment_buffer(self.bands.max_rays)?;
         for band in &self.bands.list {
             let mut rays = self.trace(band, &buffer)?;
             let needed = count(&rays);
@@ -68,8 +63,12 @@ impl<'t> FragmentTrace<'t> {
                 buffer = self.fragment_buffer(needed)?;
                 rays = self.trace(band, &buffer)?;
             }
-            let fragments = self.read_fragments(&buffer, count(&rays))?;
-            lost += send_tiles(&self.bands.tiles[band.tiles.clone()], &rays, fragments, sink);
+            let commands = ctx.device.create_command_encoder(&Default::default());
+            let bytes = COUNT_BYTES + count(&rays) * size_of::<layout::Fragment>();
+            lost += Readback::submit(ctx, commands, &buffer.buffer, bytes)?.wait(ctx, |bytes| {
+                let fragments = bytemuck::cast_slice(&bytes[COUNT_BYTES..]).to_vec();
+                send_tiles(&self.bands.tiles[band.tiles.clone()], &rays, fragments, sink)
+            })?;
         }
         Ok((lost, self.bands.seconds()?))
     }
@@ -79,7 +78,8 @@ impl<'t> FragmentTrace<'t> {
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let bytes = COUNT_BYTES + capacity * size_of::<layout::Fragment>();
         let buffer = ctx.pooled("fragments", bytes, usage)?;
-        let part = ctx.pooled_storage("part", &[layout::Part { max_fragments: capacity as u32, ..self.part }])?;
+        let part = layout::Part { max_fragments: capacity as u32, ..self.part };
+        let part = ctx.pooled_data("part", &[part], BufferUsages::STORAGE)?;
         let buffers = self.scene.iter().chain([&part, &self.owned, &buffer]).map(|buffer| &**buffer);
         let group = bind_group(ctx, self.bands.scene_layout, buffers)?;
         Ok(FragmentBuffer { capacity, buffer, group, _part: part })
@@ -92,23 +92,11 @@ impl<'t> FragmentTrace<'t> {
         })?;
         readback.wait(self.picture.ctx, |bytes| bytemuck::cast_slice(bytes).to_vec())
     }
-
-    fn read_fragments(
-        &self,
-        fragments: &FragmentBuffer,
-        count: usize,
-    ) -> Result<Vec<layout::Fragment>, FallbackReason> {
-        let ctx = self.picture.ctx;
-        let commands = ctx.device.create_command_encoder(&Default::default());
-        let bytes = COUNT_BYTES + count * size_of::<layout::Fragment>();
-        let readback = Readback::submit(ctx, commands, &fragments.buffer, bytes)?;
-        readback.wait(ctx, |bytes| bytemuck::cast_slice(&bytes[COUNT_BYTES..]).to_vec())
-    }
 }
 
 /// Number of fragments of some rays.
 fn count(rays: &[Passed]) -> usize {
-    rays.iter().map(|ray| (ray.fragments & !Passed::LOST) as usize).sum()
+    rays.iter().map(|ray| (ray.fragments & !layout::parts::LOST) as usize).sum()
 }
 
 /// Packs flags into words, the first one in the lowest bit.
@@ -145,7 +133,7 @@ fn send_tiles(
     };
     let all: Vec<_> = tiles.iter().map(of_tile).collect();
     let send = |(first, rays, fragments): (usize, &[Passed], &[layout::Fragment])| {
-        if rays.iter().any(|ray| ray.fragments & Passed::LOST != 0) {
+        if rays.iter().any(|ray| ray.fragments & layout::parts::LOST != 0) {
             return 1;
         }
         let all: Vec<TracedFragment> = fragments.iter().map(traced).collect();
@@ -160,7 +148,7 @@ fn traced(fragment: &layout::Fragment) -> TracedFragment {
     let layout::Fragment { red, green, blue, alpha, error, variance, order, nearness, painted, triangle, .. } =
         *fragment;
     let [entry, exit] = [[entry_hi, entry_lo], [exit_hi, exit_lo]].map(|[hi, lo]| f64::from(hi) + f64::from(lo));
-    let surface = (painted != layout::Fragment::PAINTED_CORE).then_some(painted as usize);
+    let surface = (painted != layout::fragment::PAINTED_CORE).then_some(painted as usize);
     TracedFragment {
         fragment: Fragment {
             t: [entry, if exit_hi == ENDLESS { f64::INFINITY } else { exit }],
@@ -170,6 +158,6 @@ fn traced(fragment: &layout::Fragment) -> TracedFragment {
             variance,
             surfaces: BoundarySignature::of_values([f32::from_bits(order), nearness]),
         },
-        painted: (painted != layout::Fragment::NOT_PAINTED).then_some(PaintedPlace { t: exit, triangle, surface }),
+        painted: (painted != layout::fragment::NOT_PAINTED).then_some(PaintedPlace { t: exit, triangle, surface }),
     }
 }

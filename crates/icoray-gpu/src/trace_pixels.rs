@@ -2,60 +2,17 @@
 //! that rays read. Each band of tiles is traced while the results of the one before are read back.
 
 use crate::bands::{Bands, Tile};
+use crate::culling::Culling;
 use crate::device_field::DeviceField;
 use crate::field_store::FieldStore;
-use crate::layout::Pixel;
+use crate::layout::picture::LOST;
 use crate::picture::Picture;
 use crate::pipelines::bind_group;
-use crate::pool::PooledBuffer;
 use crate::readback::Readback;
 use icoray::device::{Band, DeviceCost, FallbackReason, Traced};
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
-
-/// Tiles of a picture, ready to be traced.
-struct PixelTrace<'t> {
-    bands: Bands<'t>,
-    /// Group 2.
-    scene: wgpu::BindGroup,
-    /// Bound in `scene`.
-    _buffers: Vec<PooledBuffer>,
-}
-
-impl<'t> PixelTrace<'t> {
-    pub fn new(picture: &Picture<'t>, field: &DeviceField, tiles: &'t [Tile]) -> Result<Self, FallbackReason> {
-        let bands = Bands::new(picture, field, tiles, false)?;
-        let buffers = picture.scene_buffers()?;
-        let scene = bind_group(picture.ctx, bands.scene_layout, buffers.iter().map(|buffer| &**buffer))?;
-        Ok(PixelTrace { bands, scene, _buffers: buffers })
-    }
-
-    pub fn bytes(&self) -> u64 {
-        self.bands.bytes
-    }
-
-    /// Traces the tiles and passes those without lost rays to `sink`. Returns the number of the other tiles, and the
-    /// seconds in rays by the device's clock.
-    pub fn run(self, sink: &(dyn Fn(Band) + Sync)) -> Result<(usize, Option<f64>), FallbackReason> {
-        let Bands { ctx, tiles, list, .. } = &self.bands;
-        let (mut lost, mut last, mut previous) = (0, Instant::now(), None);
-        let mut finish = |(band, readback): (Range<usize>, Readback)| {
-            let tiles = &tiles[band];
-            lost += readback.wait(ctx, |bytes| {
-                let seconds = std::mem::replace(&mut last, Instant::now()).elapsed().as_secs_f64();
-                send_runs(tiles, bytemuck::cast_slice(bytes), seconds, sink)
-            })?;
-            Ok(())
-        };
-        for band in list {
-            let readback = self.bands.submit(band, &self.scene, |_| ())?;
-            previous.replace((band.tiles.clone(), readback)).map_or(Ok(()), &mut finish)?;
-        }
-        previous.map_or(Ok(()), &mut finish)?;
-        Ok((lost, self.bands.seconds()?))
-    }
-}
 
 /// Passes runs of tiles with consecutive indices to `sink`, without the tiles that have lost rays, and returns the
 /// number of these. The seconds are shared equally among the tiles.
@@ -69,7 +26,7 @@ fn send_runs(tiles: &[Tile], rays: &[Traced], seconds: f64, sink: &(dyn Fn(Band)
     let (mut lost, mut run, mut start, mut end) = (0, 0..0, 0, 0);
     for (i, (index, tile)) in tiles.iter().enumerate() {
         let next = end + tile.pixels();
-        let is_lost = rays[end..next].iter().any(|ray| ray.error == Pixel::LOST);
+        let is_lost = rays[end..next].iter().any(|ray| ray.error == LOST);
         let follows = i > run.start && tiles[i - 1].0 + 1 == *index;
         if is_lost || !follows {
             send(&tiles[run.clone()], &rays[start..end]);
@@ -95,16 +52,32 @@ pub(crate) struct Passes<'p> {
 }
 
 impl Passes<'_> {
-    /// Traces tiles with a field that is on the device after an upload of this number of bytes.
+    /// Traces tiles with a field that is on the device after an upload of this number of bytes, and passes those
+    /// without lost rays to the sink.
     pub fn trace(&mut self, (field, bytes): (Arc<DeviceField>, u64), tiles: &[Tile]) -> Result<(), FallbackReason> {
-        let trace = PixelTrace::new(&self.picture, &field, tiles)?;
-        self.spent.bytes_uploaded += bytes + trace.bytes();
+        let bands = Bands::new(&self.picture, &field, tiles, false)?;
+        let (ctx, sink, lost) = (self.picture.ctx, self.sink, &mut self.lost);
+        let buffers = self.picture.scene_buffers()?;
+        let scene = bind_group(ctx, bands.scene_layout, buffers.iter().map(|buffer| &**buffer))?;
+        self.spent.bytes_uploaded += bytes + bands.bytes;
         self.spent.unread_bytes = self.spent.field_bytes.saturating_sub(field.bytes());
         self.spent.passes += 1;
         self.spent.upload_s += self.since.elapsed().as_secs_f64();
-        let (lost, device_s) = trace.run(self.sink)?;
-        self.lost += lost;
-        self.spent += DeviceCost { device_s, ..DeviceCost::default() };
+        let (mut last, mut previous) = (Instant::now(), None);
+        let mut finish = |(band, readback): (Range<usize>, Readback)| {
+            let tiles = &tiles[band];
+            *lost += readback.wait(ctx, |bytes| {
+                let seconds = std::mem::replace(&mut last, Instant::now()).elapsed().as_secs_f64();
+                send_runs(tiles, bytemuck::cast_slice(bytes), seconds, sink)
+            })?;
+            Ok(())
+        };
+        for band in &bands.list {
+            let readback = bands.submit(band, &scene, |_| ())?;
+            previous.replace((band.tiles.clone(), readback)).map_or(Ok(()), &mut finish)?;
+        }
+        previous.map_or(Ok(()), &mut finish)?;
+        self.spent += DeviceCost { device_s: bands.seconds()?, ..DeviceCost::default() };
         self.since = Instant::now();
         Ok(())
     }
@@ -115,8 +88,7 @@ impl Passes<'_> {
         tiles.sort_by_key(|(_, tile)| morton(tile.left, tile.top));
         let mut stack = vec![&tiles[..]];
         while let Some(tiles) = stack.pop().filter(|tiles| !tiles.is_empty()) {
-            let Picture { ctx, job, mesh, .. } = &self.picture;
-            let cells = Arc::new(mesh.culling.of_tiles(ctx, job, tiles)?);
+            let cells = Arc::new(Culling::of_tiles(self.picture.ctx, self.picture.job, tiles)?);
             match self.fields.get(&self.picture, &cells)? {
                 Ok((field, bytes)) => self.trace((field, bytes + cells.bytes()), tiles)?,
                 Err(reason) if tiles.len() == 1 => return Err(reason),

@@ -71,10 +71,11 @@ fn traverse(bencher: Bencher, layers: usize) {
     bencher.counter(ItemsCount::new(met)).bench_local(|| meet(&traversal, hint));
 }
 
-fn scene(pixels: u32, rest: &str) -> Scene {
+fn scene(pixels: u32, light: &str) -> Scene {
+    let light = if light == "lit" { "[light]" } else { "" };
     let text = format!(
         "field = \"f\"\n[image]\nwidth = {pixels}\nheight = {pixels}\n[camera]\nlon = 30\nlat = 25\ndistance = 3.2\nfov = 45\n\
-         [transfer]\nmap = \"viridis\"\nrange = [-1, 1]\nopacity = [[-1, 0.5], [-0.3, 0.0], [0.3, 0.0], [1, 0.5]]\n{rest}"
+         [transfer]\nmap = \"viridis\"\nrange = [-1, 1]\nopacity = [[-1, 0.5], [-0.3, 0.0], [0.3, 0.0], [1, 0.5]]\n{light}"
     );
     Scene::parse(&text).unwrap()
 }
@@ -88,7 +89,7 @@ fn draw(bencher: Bencher, renderer: Renderer, scene: &Scene) {
 /// Frusta that a frame's rays walk to and interpolate in, and that is all.
 #[divan::bench(sample_count = 20)]
 fn walk_and_interpolate(bencher: Bencher) {
-    let mut scene = scene(96, "");
+    let mut scene = scene(96, "unlit");
     let knots = &mut scene.volumes[0].transfer.knots;
     *knots = [0, knots.len() - 1].map(|k| knots[k]).to_vec();
     draw(bencher, Renderer::new(1).unwrap().without_integrals(), &scene);
@@ -97,15 +98,13 @@ fn walk_and_interpolate(bencher: Bencher) {
 /// Frusta of a frame.
 #[divan::bench(args = ["unlit", "lit"], sample_count = 20)]
 fn frame(bencher: Bencher, light: &str) {
-    let rest = if light == "lit" { "[light]\nkind = \"headlight\"" } else { "" };
-    draw(bencher, Renderer::new(1).unwrap(), &scene(96, rest));
+    draw(bencher, Renderer::new(1).unwrap(), &scene(96, light));
 }
 
 /// Values that are read before the first ray: range, what can be seen, and gradients where there is light.
 #[divan::bench(args = ["unlit", "lit"], sample_count = 20)]
 fn prepare(bencher: Bencher, light: &str) {
-    let rest = if light == "lit" { "[light]\nkind = \"headlight\"" } else { "" };
-    let (renderer, scene) = (Renderer::new(1).unwrap(), scene(1, rest));
+    let (renderer, scene) = (Renderer::new(1).unwrap(), scene(1, light));
     let render = || renderer.render(&scene, &GRID, &LAYER_RADII, &field()).unwrap();
     bencher.counter(ItemsCount::new(VALUES.len())).bench_local(render);
 }

@@ -1,36 +1,32 @@
 //! Functions of the shaders, run on tables of inputs, against the same functions on the CPU.
 
 use icoray::Method;
-use icoray::device::ENDLESS;
+use icoray::device::{ENDLESS, Span};
 use icoray_gpu::layout::{self, Params};
 use icoray_grid::real::Real;
 use icoray_kernel::piece::{self, ErrorBudget, bend_factor};
+use itertools::iproduct;
 
-use crate::dispatch::{Device, SEGMENT_AT, SPAN_AT, absorbing_spans, numbers_of, segment, ulps};
+use crate::dispatch::{Device, SEGMENT_AT, SPAN_AT, absorbing_spans, numbers_of, numbers_of_span, segment, ulps};
 
 /// Segments: f0, f1, kappa, eps, length.
-fn segments() -> Vec<[f32; 5]> {
-    let mut all = Vec::new();
-    for f0 in [0.0, 0.1, -3.0, 0.3] {
-        for f1 in [0.0, 0.3, 1.0, -2.0, 0.100_000_01] {
-            for kappa in [0.0, 1e-12, 0.2, 3.0, -3.0, -0.4, 1e-7] {
-                for eps in [0.0, 1e-3, -0.3, 0.8, -0.9, 1e-9, -1.6e-5] {
-                    for length in [1e-6, 0.01, 1.0] {
-                        all.push([f0, f1, kappa, eps, length]);
-                    }
-                }
-            }
-        }
-    }
-    all
+fn segments() -> impl Iterator<Item = [f32; 5]> + Clone {
+    iproduct!(
+        [0.0, 0.1, -3.0, 0.3],
+        [0.0, 0.3, 1.0, -2.0, 0.100_000_01],
+        [0.0, 1e-12, 0.2, 3.0, -3.0, -0.4, 1e-7],
+        [0.0, 1e-3, -0.3, 0.8, -0.9, 1e-9, -1.6e-5],
+        [1e-6, 0.01, 1.0]
+    )
+    .map(<[f32; 5]>::from)
 }
 
 #[test]
 fn absorption_and_bend_factor() {
     let Some(device) = Device::open() else { return };
     let depths: Vec<f32> = (-300..60).map(|i| 1.2f32.powi(i)).chain([0.0, 0.5, 0.500_000_06, 100.0, 1e12]).collect();
-    let got = device.run("#import kernel/real", "let all = array<f32, 1>(absorbed_by(inputs[i]));", &depths, 1, 1);
-    for (x, got) in depths.iter().zip(got) {
+    let body = "let all = array<f32, 1>(absorbed_by(inputs[i]));";
+    for (x, [got]) in device.run("#import kernel/real", body, depths, |x| vec![*x]) {
         let expected = x.absorbed_by();
         assert!(ulps(got, expected, 0.0) <= 4.0, "{x:e}: {got:e}, expected {expected:e}");
     }
@@ -40,11 +36,11 @@ fn absorption_and_bend_factor() {
         .chain([20.0, 1e3, -0.02, 0.02, -0.75, 3.0, -0.999_999, -(1.0 - 0.5 * f32::EPSILON)])
         .filter(|e| *e > -1.0)
         .collect();
-    let got = device.run("#import kernel/piece", "let all = array<f32, 1>(bend_factor(inputs[i]));", &eps, 1, 1);
-    for (e, got) in eps.iter().zip(got) {
-        let expected = bend_factor(*e);
+    let body = "let all = array<f32, 1>(bend_factor(inputs[i]));";
+    for (e, [got]) in device.run("#import kernel/piece", body, eps, |e| vec![*e]) {
+        let expected = bend_factor(e);
         // Below -0.75 and above 3 the closed form suffers cancellation.
-        let max = if *e < -0.75 || *e > 3.0 { 64.0 } else { 6.0 };
+        let max = if !(-0.75..=3.0).contains(&e) { 64.0 } else { 6.0 };
         assert!(ulps(got, expected, 0.0) <= max, "{e:e}: {got:e}, expected {expected:e}");
     }
 }
@@ -52,14 +48,7 @@ fn absorption_and_bend_factor() {
 #[test]
 fn segments_value_part_extremum_and_solve() {
     let Some(device) = Device::open() else { return };
-    let (mut inputs, mut cases) = (Vec::new(), Vec::new());
-    for s in segments() {
-        for u in [0.0f32, 1e-6, 0.3, 0.75, 1.0] {
-            inputs.extend(s);
-            inputs.push(u);
-            cases.push((s, u));
-        }
-    }
+    let cases: Vec<([f32; 5], f32)> = iproduct!(segments(), [0.0, 1e-6, 0.3, 0.75, 1.0]).collect();
     let text = format!("#import kernel/segment\n{SEGMENT_AT}");
     let body = "let s = segment_at(6u * i);
         let u = inputs[6u * i + 5u];
@@ -69,14 +58,14 @@ fn segments_value_part_extremum_and_solve() {
         let part = segment_part(s, vec2f(u, segment_value(s, u)), to);
         let all = array<f32, 9>(segment_value(s, u), f32(turn.is_there), turn.u, turn.f, segment_solve(s, v),
             part.kappa, part.eps, part.length, segment_reach(s));";
-    let got = device.run(&text, body, &inputs, 6, 9);
+    let results = device.run::<_, 9>(&text, body, cases, |(s, u)| [&s[..], &[*u]].concat());
     let mut worst = [0.0f64; 4];
-    for ((s, u), got) in cases.iter().zip(got.chunks_exact(9)) {
-        let [f0, f1, kappa, eps, _] = *s;
+    for ((s, u), got) in results {
+        let [f0, f1, kappa, eps, _] = s;
         let what = format!("{s:?} at {u}: {got:?}");
-        let s = segment(*s);
+        let s = segment(s);
         let size = f0.abs() + f1.abs() + kappa.abs();
-        let value = s.value(*u);
+        let value = s.value(u);
         worst[0] = worst[0].max(ulps(got[0], value, size / (1.0 + eps)));
         let turn = s.extremum();
         if turn.is_some() == (got[1] == 1.0) {
@@ -95,7 +84,7 @@ fn segments_value_part_extremum_and_solve() {
             let [ours, theirs] = [got[4], solved].map(|u| s.value(u));
             worst[2] = worst[2].max(ulps(ours, theirs, size / (1.0 + eps)));
         }
-        let part = s.part((*u, value), (1.0, f1));
+        let part = s.part((u, value), (1.0, f1));
         for (got, expected) in got[5..8].iter().zip([part.kappa, part.eps, part.length]) {
             worst[3] = worst[3].max(ulps(*got, expected, 0.0));
         }
@@ -114,24 +103,17 @@ fn integrals_of_pieces() {
         let light = integrate(segment_at(at), span_at(at + 5u), ErrorBudget(inputs[at + 8u], 1e-5, 1.0, 1e-7));
         let c = light.color;
         let all = array<f32, 7>(c.x, c.y, c.z, light.alpha, light.error, light.variance, light.shade_variance);";
-    let (mut inputs, mut cases) = (Vec::new(), Vec::new());
-    for piece in segments() {
-        for span in absorbing_spans() {
-            for share in [5e-3f32, 5e-4, 1e-6] {
-                inputs.extend(piece);
-                inputs.extend([span.extinction, span.extinction_slope, span.color_slope[0], share]);
-                cases.push((piece, span, share));
-            }
-        }
-    }
+    let cases: Vec<([f32; 5], Span, f32)> = iproduct!(segments(), absorbing_spans(), [5e-3, 5e-4, 1e-6]).collect();
+    let numbers =
+        |(piece, span, share): &([f32; 5], Span, f32)| [&piece[..], &numbers_of_span(span), &[*share]].concat();
     for (method, name) in [(Method::Exact, "exact"), (Method::Paper, "paper")] {
         let constant = [("IS_EXACT", f64::from(u8::from(method == Method::Exact)))];
-        let got = device.run_beside(&text, body, &inputs, [9, 7], &constant, Default::default());
+        let results = device.run_beside::<_, 7>(&text, body, cases.clone(), numbers, &constant, Default::default());
         let (mut worst, mut others) = (0.0f64, 0);
-        for ((piece, span, share), got) in cases.iter().zip(got.chunks_exact(7)) {
-            let (color_tolerance, min_transmittance) = (*share, 1e-5);
+        for ((piece, span, share), got) in results {
+            let (color_tolerance, min_transmittance) = (share, 1e-5);
             let allowance = ErrorBudget { color_tolerance, min_transmittance, transmittance: 1.0, reach: 1e-7 };
-            let expected = numbers_of(piece::integrate(method, &segment(*piece), span, &allowance));
+            let expected = numbers_of(piece::integrate(method, &segment(piece), &span, &allowance));
             let what = format!("{name} {piece:?} {span:?} {share:e}: {got:?}, expected {expected:?}");
             assert!(ulps(got[3], expected[3], 0.0) <= 64.0, "{what}");
             // At the limit of a rule's error bound, one of the two may choose the next rule.
@@ -166,18 +148,8 @@ fn wide_numbers() -> Vec<f64> {
 #[test]
 fn double_float_arithmetic() {
     let Some(device) = Device::open() else { return };
-    let halves = |x: f64| {
-        let [hi, lo] = layout::halves(x);
-        ([hi, lo], f64::from(hi) + f64::from(lo))
-    };
-    let (mut inputs, mut cases) = (Vec::new(), Vec::new());
-    for a in wide_numbers() {
-        for b in wide_numbers() {
-            let ((pair_a, a), (pair_b, b)) = (halves(a), halves(b));
-            inputs.extend(pair_a.into_iter().chain(pair_b));
-            cases.push((a, b));
-        }
-    }
+    let cases: Vec<_> =
+        iproduct!(wide_numbers(), wide_numbers()).map(|(a, b)| (layout::halves(a), layout::halves(b))).collect();
     let body = "let a = Wide(inputs[4u * i], inputs[4u * i + 1u]);
         let b = Wide(inputs[4u * i + 2u], inputs[4u * i + 3u]);
         let a3 = Wide3(vec3f(a.hi, b.hi, 1.0), vec3f(a.lo, b.lo, 0.0));
@@ -191,10 +163,10 @@ fn double_float_arithmetic() {
         let times = wide_times(a, b.hi);
         let all = array<f32, 15>(sum.hi, sum.lo, less.hi, less.lo, product.hi, product.lo, ratio.hi, ratio.lo,
             root.hi, root.lo, dot.hi, dot.lo, times.hi, times.lo, wide_apart(a, b));";
-    let got = device.run("#import kernel/wide", body, &inputs, 4, 15);
     let mut worst = [0.0f64; 7];
-    for ((a, b), got) in cases.iter().zip(got.chunks_exact(15)) {
-        let b_hi = f64::from(*b as f32);
+    for ((a, b), got) in device.run::<_, 15>("#import kernel/wide", body, cases, |(a, b)| [*a, *b].concat()) {
+        let [a, b] = [a, b].map(|[hi, lo]| f64::from(hi) + f64::from(lo));
+        let b_hi = f64::from(b as f32);
         let dot = a * b + b * b + a;
         let expected = [a + b, a - b, a * b, a / b, a.abs().sqrt(), dot, a * b_hi];
         for k in 0..7 {
@@ -224,20 +196,25 @@ fn spans_of_few_knots() {
             edges.windows(2).map(|e| layout::Span { low: e[0], high: e[1], ..Default::default() }).collect();
         let mut params = Params { spans: spans.len() as u32, knots: [ENDLESS; 4], ..Default::default() };
         params.knots[..knots.len()].copy_from_slice(knots);
-        let mut inputs = Vec::new();
-        for value in knots.iter().copied().chain([-1e15, -2.0, -0.0, 0.1, 0.7, 1e15]) {
-            for value in [value.next_down(), value, value.next_up()] {
-                (0..spans.len()).for_each(|from| inputs.extend([value, from as f32]));
-            }
-        }
+        let values = knots.iter().copied().chain([-1e15, -2.0, -0.0, 0.1, 0.7, 1e15]);
+        let values = values.flat_map(|value| [value.next_down(), value, value.next_up()]);
+        let inputs: Vec<[f32; 2]> =
+            iproduct!(values, 0..spans.len()).map(|(value, from)| [value, from as f32]).collect();
         let body = "let f = inputs[2u * i];
             let k = u32(inputs[2u * i + 1u]);
             let all = array<f32, 4>(f32(spans_find(f)), f32(spans_search(f)), f32(spans_follow(k, f)),
                 f32(spans_walk(k, f)));";
         let beside = (params, &[(5, bytemuck::cast_slice(&spans))][..]);
         let constants = [("FEW_KNOTS", 1.0)];
-        let got = device.run_beside("#import kernel/transfer", body, &inputs, [2, 4], &constants, beside);
-        for (row, input) in got.chunks_exact(4).zip(inputs.chunks_exact(2)) {
+        let results = device.run_beside::<_, 4>(
+            "#import kernel/transfer",
+            body,
+            inputs,
+            |input| input.to_vec(),
+            &constants,
+            beside,
+        );
+        for (input, row) in results {
             assert!(row[0] == row[1] && row[2] == row[3], "{knots:?}, value and span {input:?}: {row:?}");
         }
     }

@@ -8,8 +8,9 @@ use icoray_kernel::lit::{FrustumInterpolant, LightSpread, Lit, mean_shade};
 use icoray_kernel::piece::{ErrorBudget, Radiance};
 use icoray_kernel::shade::{MeanShade, RayShading, Shade, Shading};
 use icoray_kernel::turn::direction;
+use itertools::iproduct;
 
-use crate::dispatch::{Device, SEGMENT_AT, SPAN_AT, absorbing_spans, numbers_of, segment, span, ulps};
+use crate::dispatch::{Device, SEGMENT_AT, SPAN_AT, absorbing_spans, numbers_of, numbers_of_span, segment, span, ulps};
 
 /// Number of members of the shader's `RayShading`, in its order.
 const NUMBERS: usize = 11;
@@ -30,11 +31,6 @@ fn numbers(s: &RayShading<f32>) -> [f32; NUMBERS] {
     [s.ambient, s.diffuse, s.specular, s.shininess, lx, ly, lz, hx, hy, hz, s.sharpness]
 }
 
-fn unit([x, y, z]: [f64; 3]) -> [f64; 3] {
-    let long = (x * x + y * y + z * z).sqrt();
-    [x / long, y / long, z / long]
-}
-
 const DIRECTION: [f64; 3] = [0.6, -0.48, 0.64];
 
 /// Matt, glossy and mirror-like materials, each under a headlight and under suns from the side, from behind and from
@@ -48,6 +44,7 @@ fn shadings() -> Vec<([f64; 4], Option<[f64; 3]>)> {
         [1.0, 0.0, 1e-9, 3.0],
     ];
     let back = DIRECTION.map(|x| -x);
+    let unit = |direction: [f64; 3]| DVec3::from_array(direction).normalize().to_array();
     let suns = [None, Some(unit([0.3, 0.9, -0.2])), Some(back), Some(unit([0.6, -0.48, 0.6403]))];
     models.iter().flat_map(|model| suns.map(|sun| (*model, sun))).collect()
 }
@@ -81,18 +78,6 @@ fn gradients() -> Vec<[f32; 3]> {
 #[test]
 fn shading_along_a_ray() {
     let Some(device) = Device::open() else { return };
-    let halves3 = icoray_gpu::layout::halves3;
-    let (mut inputs, mut expected) = (Vec::new(), Vec::new());
-    for (model, sun) in shadings() {
-        let theirs = along(model, sun);
-        let [dir_hi, dir_lo] = halves3(DIRECTION);
-        let [light_hi, light_lo] = halves3(sun.unwrap_or_default());
-        inputs.extend([light_hi, light_lo, dir_hi, dir_lo].as_flattened());
-        inputs.push(if sun.is_none() { 1.0 } else { 0.0 });
-        inputs.extend([theirs.ambient, theirs.diffuse, theirs.specular, theirs.shininess]);
-        inputs.push(theirs.sharpness);
-        expected.push(theirs);
-    }
     let text = format!("#import kernel/lit\n{SHADING_AT}");
     let body = "let at = 18u * i;
         let s = Shading(at3(at), inputs[at + 13u], at3(at + 3u), inputs[at + 14u], inputs[at + 15u], inputs[at + 16u],
@@ -100,10 +85,17 @@ fn shading_along_a_ray() {
         let r = shading_along(s, Wide3(at3(at + 6u), at3(at + 9u)));
         let all = array<f32, 11>(r.ambient, r.diffuse, r.specular, r.shininess, r.light.x, r.light.y, r.light.z,
             r.halfway.x, r.halfway.y, r.halfway.z, r.sharpness);";
-    let got = device.run(&text, body, &inputs, 18, NUMBERS);
-    for (expected, got) in expected.iter().zip(got.chunks_exact(NUMBERS)) {
-        for (theirs, ours) in numbers(expected).iter().zip(got) {
-            assert!(ulps(*ours, *theirs, 0.1) <= 2.0, "{got:?}, expected {expected:?}");
+    let numbers_of = |(model, sun): &([f64; 4], Option<[f64; 3]>)| {
+        let theirs = along(*model, *sun);
+        let is_headlight = if sun.is_none() { 1.0 } else { 0.0 };
+        let material = [theirs.ambient, theirs.diffuse, theirs.specular, theirs.shininess, theirs.sharpness];
+        let [light, dir] = [sun.unwrap_or_default(), DIRECTION].map(icoray_gpu::layout::halves3);
+        [light.as_flattened(), dir.as_flattened(), &[is_headlight], &material].concat()
+    };
+    for ((model, sun), got) in device.run::<_, NUMBERS>(&text, body, shadings(), numbers_of) {
+        let expected = along(model, sun);
+        for (theirs, ours) in numbers(&expected).iter().zip(got) {
+            assert!(ulps(ours, *theirs, 0.1) <= 2.0, "{got:?}, expected {expected:?}");
         }
     }
 }
@@ -111,25 +103,19 @@ fn shading_along_a_ray() {
 #[test]
 fn shades_of_gradients_and_of_the_core() {
     let Some(device) = Device::open() else { return };
-    let (mut inputs, mut cases) = (Vec::new(), Vec::new());
-    for shading in all_along() {
-        for gradient in gradients() {
-            inputs.extend(numbers(&shading));
-            inputs.extend(gradient);
-            cases.push((shading, gradient));
-        }
-    }
+    let cases: Vec<_> = iproduct!(all_along(), gradients()).collect();
+    let count = cases.len();
     let text = format!("#import kernel/lit\n{SHADING_AT}");
     let body = "let s = ray_shading_shade(shading_at(14u * i), at3(14u * i + 11u));
         let n = direction_of(at3(14u * i + 11u));
         let all = array<f32, 6>(s.body, s.highlight, n.x, n.y, n.z,
             ray_shading_solid(shading_at(14u * i), at3(14u * i + 11u)));";
-    let got = device.run(&text, body, &inputs, 14, 6);
+    let of_case = |(shading, gradient): &(_, [f32; 3])| [&numbers(shading)[..], gradient].concat();
     let mut worst = [0.0f64; 4];
     let mut gleaming = 0;
-    for ((shading, gradient), got) in cases.iter().zip(got.chunks_exact(6)) {
-        let Shade { body, highlight } = shading.shade(*gradient);
-        let normal = direction(gradient);
+    for ((shading, gradient), got) in device.run::<_, 6>(&text, body, cases, of_case) {
+        let Shade { body, highlight } = shading.shade(gradient);
+        let normal = direction(&gradient);
         // Drivers may fuse the products of a cosine with its sum, which then need not cancel.
         worst[0] = worst[0].max(ulps(got[0], body, shading.diffuse));
         // The error of a highlight grows with its exponent; weak highlights have none of their own.
@@ -146,8 +132,8 @@ fn shades_of_gradients_and_of_the_core() {
             worst[3] = worst[3].max(ulps(got[5], solid, size));
         }
     }
-    println!("body, highlight per exponent, normal, core: {worst:?} ulp; {gleaming} of {}", cases.len());
-    assert!(gleaming > cases.len() / 8);
+    println!("body, highlight per exponent, normal, core: {worst:?} ulp; {gleaming} of {count}");
+    assert!(gleaming > count / 8);
     assert!(worst.iter().all(|w| *w <= 4.0), "{worst:?}");
 }
 
@@ -170,21 +156,9 @@ const TRIPLES: [[[f32; 3]; 3]; 10] = [
 fn mean_shades_and_apply() {
     let Some(device) = Device::open() else { return };
     let lights = [[0.1f32, 0.4, 0.0, 0.5, 1e-5, 1e-14, 1e-10], [2.0, 1.0, 0.5, 1.0, 0.3, 1e-8, 1e-9]];
-    let (mut inputs, mut cases) = (Vec::new(), Vec::new());
-    for shading in all_along() {
-        for gradients in TRIPLES {
-            for piece in PIECES {
-                for (span, light) in spans().into_iter().zip(lights.into_iter().cycle()) {
-                    inputs.extend(numbers(&shading));
-                    inputs.extend(gradients.as_flattened());
-                    inputs.extend(piece);
-                    inputs.extend([span.extinction, span.extinction_slope, span.color_slope[0]]);
-                    inputs.extend(light);
-                    cases.push((shading, gradients, piece, span, light));
-                }
-            }
-        }
-    }
+    let spans_and_lights = spans().into_iter().zip(lights.into_iter().cycle());
+    let cases: Vec<_> = iproduct!(all_along(), TRIPLES, PIECES, spans_and_lights).collect();
+    let count = cases.len();
     let text = format!("#import kernel/lit\n{SHADING_AT}\n{SEGMENT_AT}\n{SPAN_AT}");
     let body = "let at = 35u * i;
         let s = shading_at(at);
@@ -194,10 +168,12 @@ fn mean_shades_and_apply() {
         let lit = ray_shading_apply(s, light, mean, vec3f(0.3, -0.1, 0.0));
         let all = array<f32, 12>(mean.shade.body, mean.shade.highlight, mean.tilt, mean.off, mean.rounding,
             lit.color.x, lit.color.y, lit.color.z, lit.alpha, lit.error, lit.variance, lit.shade_variance);";
-    let got = device.run(&text, body, &inputs, 35, 12);
+    let of_case = |(shading, gradients, piece, (span, light)): &(_, [[f32; 3]; 3], [f32; 5], (_, [f32; 7]))| {
+        [&numbers(shading)[..], gradients.as_flattened(), piece, &numbers_of_span(span), light].concat()
+    };
     let mut near = 0;
-    for ((shading, gradients, piece, span, light), got) in cases.iter().zip(got.chunks_exact(12)) {
-        let MeanShade { shade, tilt, off, rounding, .. } = mean_shade(shading, &segment(*piece), span, gradients);
+    for ((shading, gradients, piece, (span, light)), got) in device.run::<_, 12>(&text, body, cases, of_case) {
+        let MeanShade { shade, tilt, off, rounding, .. } = mean_shade(&shading, &segment(piece), &span, &gradients);
         let mean = [shade.body, shade.highlight, tilt, off, rounding];
         let what = format!("{shading:?} {gradients:?} {piece:?} {span:?} {light:?}: {got:?} {mean:?}");
         // Powers have the error of their exponent, and so have cosines that differ by a rounding.
@@ -207,7 +183,7 @@ fn mean_shades_and_apply() {
             assert!((got[k] - mean[k]).abs() <= allowed + 1e-5 * mean[3], "{what}");
         }
         near += usize::from(mean[3] < 1e-2);
-        let [r, g, b, alpha, error, variance, shade_variance] = *light;
+        let [r, g, b, alpha, error, variance, shade_variance] = light;
         let light = Radiance { color: [r, g, b], alpha, error, variance, shade_variance };
         // Across gradients that do not cancel.
         let shade = Shade { body: got[0], highlight: got[1] };
@@ -217,40 +193,33 @@ fn mean_shades_and_apply() {
             assert!(ulps(got[5 + k], lit[k], if k < 3 { 1.0 } else { 0.0 }) <= 8.0, "{what} {lit:?}");
         }
     }
-    assert!(near > cases.len() / 10 && near < cases.len(), "{near} of {}", cases.len());
+    assert!(near > count / 10 && near < count, "{near} of {count}");
 }
 
 /// Gradients that cancel have normals that rounding turns.
 #[test]
 fn deviations_of_shades_across_small_gradients() {
     let Some(device) = Device::open() else { return };
-    let (mut inputs, mut cases) = (Vec::new(), Vec::new());
-    for shading in all_along() {
-        for sizes in [[0.0f32, 1.0], [1.0, 1.0], [1.0, 1e-3], [3e7, 2e-2], [1.0, 0.0], [1e-30, 1e-33]] {
-            inputs.extend(numbers(&shading));
-            inputs.extend(sizes);
-            cases.push((shading, sizes));
-        }
-    }
+    let sizes = [[0.0f32, 1.0], [1.0, 1.0], [1.0, 1e-3], [3e7, 2e-2], [1.0, 0.0], [1e-30, 1e-33]];
+    let cases: Vec<_> = iproduct!(all_along(), sizes).collect();
     let body = "let at = 13u * i;
         let all = array<f32, 1>(ray_shading_deviation(shading_at(at), inputs[at + 11u], inputs[at + 12u]));";
-    let got = device.run(&format!("#import kernel/lit\n{SHADING_AT}"), body, &inputs, 13, 1);
-    for ((shading, [mixed_of, size]), got) in cases.iter().zip(got) {
-        let expected = shading.deviation_of(*mixed_of, *size);
+    let text = format!("#import kernel/lit\n{SHADING_AT}");
+    let of_case = |(shading, sizes): &(_, [f32; 2])| [&numbers(shading)[..], sizes].concat();
+    for ((shading, [mixed_of, size]), [got]) in device.run(&text, body, cases, of_case) {
+        let expected = shading.deviation_of(mixed_of, size);
         assert!(ulps(got, expected, 0.0) <= 8.0, "{shading:?} {mixed_of} {size}: {got}, expected {expected}");
     }
 }
 
 /// Interpolants: gradients at both ends, their bends, ε.
-fn interpolants() -> Vec<[f32; 10]> {
-    vec![
-        [1.0, 0.2, 0.3, 1.0, 0.21, 0.31, 0.0, 0.0, 0.0, 0.0],
-        [1.0, 0.2, 0.3, 0.2, 0.9, -0.3, 0.1, -0.2, 0.05, 1e-3],
-        [3e4, -2e3, 10.0, -1e4, 2e4, 5.0, 4e3, 1e2, -3e3, -0.3],
-        [1.0, 0.0, 0.0, -1.0, 1e-3, 0.0, 0.0, 0.0, 0.0, 0.8],
-        [0.0; 10],
-    ]
-}
+const INTERPOLANTS: [[f32; 10]; 5] = [
+    [1.0, 0.2, 0.3, 1.0, 0.21, 0.31, 0.0, 0.0, 0.0, 0.0],
+    [1.0, 0.2, 0.3, 0.2, 0.9, -0.3, 0.1, -0.2, 0.05, 1e-3],
+    [3e4, -2e3, 10.0, -1e4, 2e4, 5.0, 4e3, 1e2, -3e3, -0.3],
+    [1.0, 0.0, 0.0, -1.0, 1e-3, 0.0, 0.0, 0.0, 0.0, 0.8],
+    [0.0; 10],
+];
 
 fn interpolant_of([ax, ay, az, bx, by, bz, kx, ky, kz, eps]: [f32; 10]) -> FrustumInterpolant<f32, 4> {
     FrustumInterpolant { from: [0.0, ax, ay, az], to: [0.0, bx, by, bz], kappa: [0.0, kx, ky, kz], eps }
@@ -274,37 +243,29 @@ fn spans() -> Vec<Span> {
 #[test]
 fn gradients_along_interpolants_and_the_centre_of_light() {
     let Some(device) = Device::open() else { return };
-    let (mut inputs, mut cases) = (Vec::new(), Vec::new());
-    for interpolant in interpolants() {
-        for u in [0.0f32, 1e-6, 0.3, 0.5, 1.0] {
-            for piece in PIECES {
-                for span in spans() {
-                    inputs.extend(interpolant);
-                    inputs.push(u);
-                    inputs.extend(piece);
-                    inputs.extend([span.extinction, span.extinction_slope, span.color_slope[0]]);
-                    cases.push((interpolant, u, piece, span));
-                }
-            }
-        }
-    }
+    let cases: Vec<_> = iproduct!(INTERPOLANTS, [0.0f32, 1e-6, 0.3, 0.5, 1.0], PIECES, spans()).collect();
     let text = format!("#import kernel/lit\n{SHADING_AT}\n{SEGMENT_AT}\n{SPAN_AT}");
     let body = "let at = 19u * i;
         let g = frustum_interpolant_gradient(interpolant_at(at), inputs[at + 10u]);
         let s = light_spread_of(segment_at(at + 11u), span_at(at + 16u));
         let all = array<f32, 5>(g.x, g.y, g.z, s.centre, s.error_bound);";
-    let got = device.run(&text, body, &inputs, 19, 5);
-    for ((interpolant, u, piece, span), got) in cases.iter().zip(got.chunks_exact(5)) {
-        let expected = interpolant_of(*interpolant).gradient(*u);
+    let of_case = |(interpolant, u, piece, span): &([f32; 10], f32, [f32; 5], Span)| {
+        [&interpolant[..], &[*u], piece, &numbers_of_span(span)].concat()
+    };
+    for ((interpolant, u, piece, span), got) in device.run::<_, 5>(&text, body, cases, of_case) {
+        let expected = interpolant_of(interpolant).gradient(u);
         let size = interpolant[..9].iter().fold(0.0f32, |max, x| max.max(x.abs()));
         for k in 0..3 {
             assert!(ulps(got[k], expected[k], size) <= 4.0, "{interpolant:?} {u}: {got:?}, expected {expected:?}");
         }
-        let LightSpread { centre, error_bound, .. } = LightSpread::of(&segment(*piece), span);
+        let LightSpread { centre, error_bound, .. } = LightSpread::of(&segment(piece), &span);
         let what = format!("{piece:?} {span:?}: {got:?}, expected {centre} {error_bound}");
         assert!(ulps(got[3], centre, 0.1) <= 4.0 && ulps(got[4], error_bound, 0.0) <= 8.0, "{what}");
     }
 }
+
+/// A share of the colours, a shading, a piece, a span, an interpolant, and a part of it with its number of cuts.
+type Lighted = (f32, RayShading<f32>, [f32; 5], Span, [f32; 10], ([f32; 2], u32));
 
 /// Lit pieces, which are cut as on the CPU.
 #[test]
@@ -318,43 +279,28 @@ fn pieces_under_light() {
         let light = lit_light(lit, segment_at(at + 11u), range, u32(inputs[at + 34u]), radiance_none());
         let c = light.color;
         let all = array<f32, 7>(c.x, c.y, c.z, light.alpha, light.error, light.variance, light.shade_variance);";
-    let ranges = [([0.0, 1.0], false), ([0.2, 0.21], false), ([0.0, 1.0], true)];
+    let cuts = Lit::<f32, 4>::MAX_CUTS;
+    let ranges = [([0.0, 1.0], cuts), ([0.2, 0.21], cuts), ([0.0, 1.0], 0)];
+    let shares = [5e-3f32, 5e-4, 1e-6];
+    let cases: Vec<Lighted> = iproduct!(shares, all_along(), PIECES, spans(), INTERPOLANTS, ranges).collect();
+    let of_case = |(share, shading, piece, span, interpolant, (range, cuts)): &Lighted| {
+        let allowance = [*share, *share, 0.7];
+        let span = numbers_of_span(span);
+        [&numbers(shading)[..], piece, &span, interpolant, &allowance, range, &[*cuts as f32]].concat()
+    };
     for (method, name) in [(Method::Exact, "exact"), (Method::Paper, "paper")] {
-        let (mut inputs, mut cases) = (Vec::new(), Vec::new());
-        for share in [5e-3f32, 5e-4, 1e-6] {
-            for shading in all_along() {
-                for piece in PIECES {
-                    for span in spans() {
-                        for interpolant in interpolants() {
-                            for (range, is_coarse) in ranges {
-                                let allowance = [share, share, 0.7, 1e-7];
-                                inputs.extend(numbers(&shading));
-                                inputs.extend(piece);
-                                inputs.extend([span.extinction, span.extinction_slope, span.color_slope[0]]);
-                                inputs.extend(interpolant);
-                                inputs.extend(&allowance[..3]);
-                                inputs.extend(range);
-                                inputs.push(if is_coarse { 0.0 } else { 20.0 });
-                                cases.push((shading, piece, span, interpolant, allowance, range, is_coarse));
-                            }
-                        }
-                    }
-                }
-            }
-        }
         let constant = [("IS_EXACT", f64::from(u8::from(method == Method::Exact)))];
-        let got = device.run_beside(&text, body, &inputs, [35, 7], &constant, Default::default());
+        let results = device.run_beside::<_, 7>(&text, body, cases.clone(), of_case, &constant, Default::default());
         let mut others = 0;
-        for (case, got) in cases.iter().zip(got.chunks_exact(7)) {
-            let (shading, piece, span, interpolant, allowance, range, is_coarse) = case;
-            let [color_tolerance, min_transmittance, transmittance, reach] = *allowance;
-            let allowance = &ErrorBudget { color_tolerance, min_transmittance, transmittance, reach };
-            let interpolant = &interpolant_of(*interpolant);
+        for (case, got) in results {
+            let (share, ref shading, piece, ref span, interpolant, (range, cuts)) = case;
+            let (color_tolerance, min_transmittance) = (share, share);
+            let allowance = &ErrorBudget { color_tolerance, min_transmittance, transmittance: 0.7, reach: 1e-7 };
+            let interpolant = &interpolant_of(interpolant);
             let lit = Lit { method, allowance, shading, span, interpolant, gradient_size: 0.0 };
-            let cuts = if *is_coarse { 0 } else { Lit::<f32, 4>::MAX_CUTS };
-            let expected = numbers_of(lit.light(&segment(*piece), *range, cuts, &Radiance::none()));
+            let expected = numbers_of(lit.light(&segment(piece), range, cuts, &Radiance::none()));
             let what = format!("{name} {case:?}: {got:?}, expected {expected:?}");
-            let [of_got, of_expected] = [got, &expected[..]].map(|light| light[4] + 4.0 * (light[5] + light[6]).sqrt());
+            let [of_got, of_expected] = [got, expected].map(|light| light[4] + 4.0 * (light[5] + light[6]).sqrt());
             let off = (0..4).map(|k| (got[k] - expected[k]).abs()).fold(0.0, f32::max);
             // Rounding decides about a few cuts, and on which side of a kink a shade is.
             let is_same = off <= 1e-6;

@@ -2,6 +2,8 @@
 
 #[path = "../../../icoray/tests/suite/common.rs"]
 mod common;
+#[path = "../../../icoray/tests/suite/contents.rs"]
+mod contents;
 #[path = "../../../icoray/tests/suite/culled/mod.rs"]
 mod culled;
 mod dispatch;
@@ -11,7 +13,6 @@ mod pictures;
 mod shaders;
 #[path = "../../../icoray/tests/suite/spread/mod.rs"]
 mod spread;
-mod variants;
 
 // Imported by `culled`.
 use icoray::{Grid, GridTables, IcosahedralMesh, LonLat};

@@ -1,12 +1,15 @@
 //! The shaders parse and validate, and agree with Rust in structs and constants. That their functions agree is tested
 //! by numbers (`functions.rs`, `light.rs`) and by pictures.
 
-use icoray_gpu::layout::{Clip, Fragment, Isosurface, LAYOUTS, Material, Passed, Pixel, SurfaceLayer};
-use icoray_gpu::shader::{Contents, SOURCES, compose, compose_for};
+use icoray_gpu::layout::LAYOUTS;
+use icoray_gpu::shader::{Contents, SOURCES, compose};
 use icoray_grid::real::Real;
 use icoray_kernel::lit::{HALVINGS_ALONG, HALVINGS_AT_START, Lit};
 use icoray_kernel::piece;
-use naga::{Module, TypeInner};
+use naga::back::pipeline_constants::process_overrides;
+use naga::valid::{ModuleInfo, Validator};
+use naga::{Block, Expression, Function, Handle, Literal, Module, ShaderStage, Statement, TypeInner};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// The contents of scenes of more than one volume and a core.
@@ -17,7 +20,7 @@ const SCENES: [Contents; 3] = [
 ];
 
 fn parse(name: &str) -> Module {
-    parse_text(name, &compose(name))
+    parse_text(name, &compose(name, Contents::default(), 1))
 }
 
 fn parse_text(name: &str, text: &str) -> Module {
@@ -33,14 +36,14 @@ fn every_shader_parses_and_validates() {
             name if name.starts_with("kernel/general") => SCENES[0],
             _ => Contents::default(),
         };
-        validate(name, &compose_for(name, contents, 1));
+        validate(name, &compose(name, contents, 1));
     }
 }
 
 /// Code that a scene does not need is not in its shader.
 #[test]
 fn shaders_have_the_code_of_their_scenes() {
-    let named = |contents, function: &str| compose_for("picture", contents, 1).contains(&format!("fn {function}("));
+    let named = |contents, function: &str| compose("picture", contents, 1).contains(&format!("fn {function}("));
     for (function, expected) in
         [("trace", [true; 3]), ("clips_behind", [false, true, true]), ("map_cut", [false, false, true])]
     {
@@ -49,10 +52,11 @@ fn shaders_have_the_code_of_their_scenes() {
     }
 }
 
-fn validate(name: &str, text: &str) {
+fn validate(name: &str, text: &str) -> (Module, ModuleInfo) {
     let module = parse_text(name, text);
-    let mut validator = naga::valid::Validator::new(Default::default(), naga::valid::Capabilities::empty());
-    validator.validate(&module).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
+    let mut validator = Validator::new(Default::default(), naga::valid::Capabilities::empty());
+    let info = validator.validate(&module).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
+    (module, info)
 }
 
 /// Each page has a binding and a case for values, and the same for gradients or residuals.
@@ -69,7 +73,7 @@ fn a_shader_has_the_requested_number_of_pages() {
         ("gradient", Contents::default(), "rests"),
     ] {
         for pages in [1, 2, 7, 16] {
-            let text = compose_for(shader, contents, pages);
+            let text = compose(shader, contents, pages);
             validate(shader, &text);
             for page in 0..pages {
                 for (group, name) in [(1, "field"), (3, beside)] {
@@ -88,19 +92,9 @@ fn a_shader_has_the_requested_number_of_pages() {
 #[test]
 fn no_shader_is_forgotten() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shaders");
-    let mut folders: Vec<PathBuf> = vec![root.clone()];
-    let mut found = Vec::new();
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|ending| ending == "wgsl") {
-                let name = path.strip_prefix(&root).unwrap().with_extension("");
-                found.push(name.to_str().unwrap().to_owned());
-            }
-        }
-    }
+    let paths = glob::glob(root.join("**/*.wgsl").to_str().unwrap()).unwrap().map(Result::unwrap);
+    let name = |path: PathBuf| path.strip_prefix(&root).unwrap().with_extension("").to_str().unwrap().to_owned();
+    let mut found: Vec<String> = paths.map(name).collect();
     let mut known: Vec<&str> = SOURCES.iter().map(|(name, _)| *name).collect();
     found.sort();
     known.sort_unstable();
@@ -117,7 +111,7 @@ fn layout<'m>(module: &'m Module, name: &str) -> Option<(usize, Vec<(&'m str, us
 
 #[test]
 fn structs_have_the_same_layout_in_rust_and_wgsl() {
-    let scene = parse_text("scene", &compose_for("picture", SCENES[1], 1));
+    let scene = parse_text("scene", &compose("picture", SCENES[1], 1));
     let modules = [parse("picture"), parse("parts"), parse("gradient"), scene];
     assert_eq!(LAYOUTS.len(), 18);
     for (name, size, members) in LAYOUTS {
@@ -129,8 +123,8 @@ fn structs_have_the_same_layout_in_rust_and_wgsl() {
 fn constant(module: &Module, name: &str) -> f64 {
     let found = module.constants.iter().find(|(_, c)| c.name.as_deref() == Some(name));
     match module.global_expressions[found.unwrap_or_else(|| panic!("no constant {name}")).1.init] {
-        naga::Expression::Literal(naga::Literal::F32(x)) => f64::from(x),
-        naga::Expression::Literal(naga::Literal::U32(x)) => f64::from(x),
+        Expression::Literal(Literal::F32(x)) => f64::from(x),
+        Expression::Literal(Literal::U32(x)) => f64::from(x),
         ref other => panic!("{name} is {other:?}"),
     }
 }
@@ -141,8 +135,7 @@ fn constants_are_those_of_rust() {
     for (name, value) in [
         ("ENDLESS", icoray::device::ENDLESS),
         ("ROUNDING", f32::EPSILON / 2.0),
-        ("MISSED", Pixel::MISSED),
-        ("LOST", Pixel::LOST),
+        ("MISSED", icoray::device::Traced::MISSED),
         ("SURFACE", f32::SURFACE as f32),
         ("THIN", piece::THIN as f32),
         ("MAX_PANELS", piece::MAX_PANELS as f32),
@@ -152,25 +145,104 @@ fn constants_are_those_of_rust() {
     ] {
         assert_eq!(constant(module, name), f64::from(value), "{name}");
     }
-    for (name, value) in
-        [("LOST", Passed::LOST), ("NOT_PAINTED", Fragment::NOT_PAINTED), ("PAINTED_CORE", Fragment::PAINTED_CORE)]
-    {
-        assert_eq!(constant(&parse("parts"), name), f64::from(value), "{name}");
+}
+
+/// The names of functions that the picture's entry point reaches with these override constants.
+fn reached(constants: &[(&str, f64)]) -> BTreeSet<String> {
+    let text = compose("picture", Contents::default(), 1);
+    let (module, info) = validate("picture", &text);
+    let constants = constants.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+    let entry = Some((ShaderStage::Compute, "picture"));
+    let (module, _) = process_overrides(&module, &info, entry, &constants).unwrap();
+    let mut reach = Reach { module: &module, seen: BTreeSet::new() };
+    reach.body(&module.entry_points[0].function, &module.entry_points[0].function.body);
+    reach.seen
+}
+
+struct Reach<'m> {
+    module: &'m Module,
+    seen: BTreeSet<String>,
+}
+
+impl Reach<'_> {
+    fn call(&mut self, function: Handle<Function>) {
+        let function = &self.module.functions[function];
+        if self.seen.insert(function.name.clone().unwrap()) {
+            self.body(function, &function.body);
+        }
     }
-    let scene = &parse_text("scene", &compose_for("picture", SCENES[1], 1));
-    for (name, value) in [
-        ("HAS_HALF_SPACE", Clip::HAS_HALF_SPACE),
-        ("HAS_SHELL", Clip::HAS_SHELL),
-        ("HAS_LATITUDES", Clip::HAS_LATITUDES),
-        ("HAS_LONGITUDES", Clip::HAS_LONGITUDES),
-        ("IS_WIDE", Clip::IS_WIDE),
-        ("OWN_FIELD", Isosurface::OWN_FIELD),
-        ("MATERIAL_PLAIN", Material::PLAIN),
-        ("MATERIAL_FIELD", Material::FIELD),
-        ("MATERIAL_CELLS", Material::CELLS),
-        ("MATERIAL_BETWEEN", Material::BETWEEN),
-        ("AT_RADIUS", SurfaceLayer::AT_RADIUS),
+
+    /// Visits a block, and returns whether it always returns from the function.
+    fn body(&mut self, function: &Function, block: &Block) -> bool {
+        for statement in block {
+            let returns = match statement {
+                Statement::Call { function: called, .. } => {
+                    self.call(*called);
+                    false
+                }
+                Statement::Block(block) => self.body(function, block),
+                Statement::If { condition, accept, reject } => match self.known(function, *condition) {
+                    Some(true) => self.body(function, accept),
+                    Some(false) => self.body(function, reject),
+                    None => self.body(function, accept) & self.body(function, reject),
+                },
+                Statement::Loop { body, continuing, .. } => {
+                    self.body(function, body);
+                    self.body(function, continuing);
+                    false
+                }
+                Statement::Switch { cases, .. } => {
+                    cases.iter().for_each(|case| _ = self.body(function, &case.body));
+                    false
+                }
+                Statement::Return { .. } => true,
+                _ => false,
+            };
+            if returns {
+                return true;
+            }
+        }
+        false
+    }
+
+    fn known(&self, function: &Function, condition: Handle<Expression>) -> Option<bool> {
+        match function.expressions[condition] {
+            Expression::Literal(Literal::Bool(is)) => Some(is),
+            Expression::Constant(constant) => {
+                match self.module.global_expressions[self.module.constants[constant].init] {
+                    Expression::Literal(Literal::Bool(is)) => Some(is),
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
+}
+
+fn constants(is: [bool; 5]) -> [(&'static str, f64); 5] {
+    let names = ["IS_EXACT", "HAS_VOID", "HAS_STEPS", "IS_LIT", "FEW_KNOTS"];
+    std::array::from_fn(|i| (names[i], f64::from(u8::from(is[i]))))
+}
+
+#[test]
+fn simple_scenes_have_no_code_of_other_features() {
+    // Unlit, no holes, no steps, four knots.
+    let plain = reached(&constants([true, false, false, false, true]));
+    println!("{plain:?}");
+    for needed in ["trace", "frustum", "spans_find", "spans_follow", "knots_below", "integrate", "exact", "core"] {
+        assert!(plain.contains(needed), "{needed}");
+    }
+    // Scenes that need a function have it, so that a renamed function fails the test.
+    for (name, is) in [
+        ("spans_search", [true, false, false, false, false]),
+        ("spans_walk", [true, false, false, false, false]),
+        ("near_steps", [true, false, true, false, true]),
+        ("linear", [false, false, false, false, true]),
+        ("lit_light", [true, false, false, true, true]),
+        ("ray_shading_mean", [true, false, false, true, true]),
+        ("gradients_get", [true, false, false, true, true]),
     ] {
-        assert_eq!(constant(scene, name), f64::from(value), "{name}");
+        assert!(!plain.contains(name), "{name} is in the shader of one volume and a core");
+        assert!(reached(&constants(is)).contains(name), "{name} is in no shader");
     }
 }

@@ -23,11 +23,15 @@ pub const DENSE: &str = "knots = [ { value = -0.8, color = \"blue\", extinction 
 
 /// A scene of the field f, in which `rest` has further keys and, behind a bar, further tables.
 pub fn scene(camera: &str, transfer: &str, rest: &str) -> Scene {
-    let (rest, light) = rest.split_once('|').unwrap_or((rest, ""));
-    Scene::parse(&format!(
-        "field = \"f\"\n{rest}\n[image]\nwidth = 72\nheight = 60\n[camera]\n{camera}\n[transfer]\n{transfer}\n{light}\n"
-    ))
-    .unwrap()
+    let (keys, tables) = rest.split_once('|').unwrap_or((rest, ""));
+    scene_of(camera, &format!("field = \"f\"\n{keys}"), &format!("[transfer]\n{transfer}\n{tables}"))
+}
+
+/// A scene with these keys and tables; of 72 times 60 pixels, if the keys have no other size.
+pub fn scene_of(camera: &str, keys: &str, tables: &str) -> Scene {
+    let image = if keys.contains("image = ") { "" } else { "image = { width = 72, height = 60 }" };
+    let text = format!("{keys}\n{image}\n[camera]\n{camera}\n{tables}\n");
+    Scene::parse(&text).unwrap_or_else(|error| panic!("{error}:\n{text}"))
 }
 
 /// An icosahedral mesh of `level` bisections and its grid, which stay until the process ends.
@@ -51,81 +55,74 @@ pub fn waves(mesh: &IcosahedralMesh, location: Location, layers: usize) -> Vec<f
     over_columns(at.len(), layers, |column, layer| wave(at[column], layer))
 }
 
-/// A grid with the fields f and g on layers that follow mountains and get even upwards.
-pub struct TwoFields {
+/// A grid with the field f and maybe a field g on layers, which may lie at heights of their own.
+pub struct Model {
+    pub mesh: &'static IcosahedralMesh,
     pub grid: Grid<'static>,
     pub layers: Layers,
     /// Of f and of g, level-fastest.
-    pub values: [Vec<f32>; 2],
+    pub values: Vec<Vec<f32>>,
     /// Of the layers over each cell, level-fastest.
-    heights: Vec<f64>,
+    pub heights: Vec<f64>,
 }
 
-impl TwoFields {
-    /// Over `count` layers up to the height `top`, in planet radii; `values` gives those of f and g at a direction and
-    /// a height from 0 to 1, `mountain` the height of the ground.
-    pub fn new(
-        (level, count, top): (u32, usize, f64),
-        values: impl Fn(DVec3, f64) -> [f64; 2],
-        mountain: impl Fn(DVec3) -> f64,
-    ) -> Self {
-        let (_, grid) = icosahedral(level);
-        let up = |layer: usize| layer as f64 / (count - 1) as f64;
-        let at = |cell: usize| grid.direction(cell as u32);
-        let of = |k: usize| over_columns(grid.cells(), count, |cell, layer| values(at(cell), up(layer))[k] as f32);
-        let height = |cell: usize, layer: usize| mountain(at(cell)) * (1.0 - up(layer)) + top * up(layer);
-        let mean: Vec<f64> = (0..count).map(|layer| top * up(layer)).collect();
-        TwoFields {
-            layers: Layers::from_heights(&mean, 1.0).unwrap(),
-            values: [of(0), of(1)],
-            heights: over_columns(grid.cells(), count, height),
-            grid,
+impl Model {
+    /// Over layers at these heights, in planet radii; `values` gives those of the fields of a cell, at a direction, on
+    /// a layer.
+    pub fn new<const N: usize>(level: u32, heights: &[f64], values: impl Fn(usize, DVec3, usize) -> [f64; N]) -> Self {
+        let (mesh, grid) = icosahedral(level);
+        let value = |cell: usize, layer: usize| values(cell, grid.direction(cell as u32), layer);
+        let all = over_columns(grid.cells(), heights.len(), value);
+        let values = (0..N).map(|k| all.iter().map(|values| values[k] as f32).collect()).collect();
+        Model { layers: Layers::from_heights(heights, 1.0).unwrap(), values, heights: Vec::new(), mesh, grid }
+    }
+
+    pub fn fields(&self) -> Fields<'_> {
+        let layers = |values: usize| values / self.grid.cells();
+        let fields = self.values.iter().map(|values| at_centers(values, layers(values.len())));
+        let fields = Fields::new(["f", "g"].into_iter().zip(fields));
+        match self.heights.len() {
+            0 => fields,
+            heights => fields.with_heights(at_centers(&self.heights, layers(heights))),
         }
     }
 
-    pub fn draw(&self, scene: &Scene, threads: usize) -> Result<Frame, Error> {
-        let field = |k: usize| at_centers(&self.values[k], self.layers.count());
-        let fields = Fields::new([("f", field(0)), ("g", field(1))]);
-        let fields = fields.with_heights(at_centers(&self.heights, self.layers.count()));
-        Renderer::new(threads)?.render(scene, &self.grid, &self.layers, fields)
-    }
-}
-
-/// A grid with the field f on layers 0.05 planet radii apart.
-pub struct OneField {
-    pub grid: Grid<'static>,
-    pub layers: Layers,
-    /// Level-fastest.
-    pub values: Vec<f32>,
-}
-
-impl OneField {
-    /// `value` gives that of a cell, at a direction, on one of `count` layers.
-    pub fn new(level: u32, count: usize, value: impl Fn(usize, DVec3, usize) -> f64) -> Self {
-        let (_, grid) = icosahedral(level);
-        let heights: Vec<f64> = (0..count).map(|layer| 0.05 * layer as f64).collect();
-        let value = |cell: usize, layer: usize| value(cell, grid.direction(cell as u32), layer) as f32;
-        let layers = Layers::from_heights(&heights, 1.0).unwrap();
-        OneField { values: over_columns(grid.cells(), count, value), layers, grid }
-    }
-
-    pub fn draw_over(&self, renderer: &Renderer, scene: &Scene, ranks: &mut Ranks) -> Result<Rendered, Error> {
-        let field = at_centers(&self.values, self.layers.count());
-        renderer.render_over(ranks, scene, &self.grid, &self.layers, &field)
+    pub fn draw(&self, scene: &Scene) -> Frame {
+        self.draw_by(&Renderer::new(2).unwrap(), scene)
     }
 
     pub fn draw_by(&self, renderer: &Renderer, scene: &Scene) -> Frame {
-        picture(vec![self.draw_over(renderer, scene, &mut Ranks::alone()).unwrap()]).0
-    }
-
-    pub fn draw(&self, scene: &Scene, threads: usize) -> Frame {
-        self.draw_by(&Renderer::new(threads).unwrap(), scene)
+        renderer.render(scene, &self.grid, &self.layers, self.fields()).unwrap()
     }
 
     /// Over ranks of one thread each, which all have the whole grid.
     pub fn draw_on(&self, scene: &Scene, ranks: usize) -> (Frame, Vec<FrameReport>) {
-        picture(on_ranks(ranks, |ranks| self.draw_over(&Renderer::new(1).unwrap(), scene, ranks).unwrap()))
+        let renderer = || Renderer::new(1).unwrap();
+        picture(on_ranks(ranks, |ranks| {
+            renderer().render_over(ranks, scene, &self.grid, &self.layers, self.fields()).unwrap()
+        }))
     }
+
+    /// Checks that pixels, errors and reports are the same on any threads and ranks, and returns the picture.
+    pub fn draw_anywhere(&self, scene: &Scene, name: &str) -> Frame {
+        let expected = self.draw(scene);
+        let on_threads = [1, 8].map(|threads| (self.draw_by(&Renderer::new(threads).unwrap(), scene), Vec::new()));
+        for (frame, reports) in on_threads.into_iter().chain([2, 5].map(|ranks| self.draw_on(scene, ranks))) {
+            assert!(bits(&frame) == bits(&expected), "{name} on {} ranks", reports.len());
+            assert!(frame.sampling_error == expected.sampling_error, "{name} on {} ranks", reports.len());
+            assert_eq!(frame.report.counts.rays, expected.report.counts.rays, "{name}");
+            for report in reports.iter().chain([&frame.report]) {
+                assert_eq!(report.sampling, expected.report.sampling, "{name}");
+                assert_eq!(report.edge_pixels, expected.report.edge_pixels, "{name}");
+            }
+        }
+        expected
+    }
+}
+
+/// `count` heights from 0 to `top`.
+pub fn even_heights(count: usize, top: f64) -> Vec<f64> {
+    (0..count).map(|layer| top * layer as f64 / (count - 1) as f64).collect()
 }
 
 /// A field without missing values, level-fastest.
@@ -263,6 +260,15 @@ pub fn count_beyond(one: &Frame, other: &Frame, slack: f32) -> usize {
 pub fn refusal<T: Debug>(result: Result<T, Error>) -> (ErrorKind, String) {
     let error = result.unwrap_err();
     (error.kind(), error.context().to_string())
+}
+
+/// Checks that tables are refused with an error that has these words.
+pub fn assert_grid_error(grid: Result<Grid, Error>, words: &[&str], name: &str) {
+    let error = grid.err().unwrap_or_else(|| panic!("{name} passed"));
+    assert_eq!(error.kind(), ErrorKind::Grid, "{name}: {error}");
+    for word in words {
+        assert!(error.to_string().contains(word), "{name}: '{word}' is not in '{error}'");
+    }
 }
 
 /// Checks that all ranks have the same error, of this kind, with words that begin so.

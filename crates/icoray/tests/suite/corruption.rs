@@ -3,7 +3,7 @@
 //! Correct meshes are damaged at random, 2,000 times, or 60,000 in the long run, each from its own seed, so that a
 //! failure can be repeated.
 
-use crate::common::icosahedral;
+use crate::common::{icosahedral, scene};
 use crate::culled::{Culled, Mark, Style, holes};
 use icoray::{
     ErrorKind, Field, Frame, Grid, GridTables, IcosahedralMesh, Indices, Layers, Location, LonLat, Renderer, Scene,
@@ -29,33 +29,28 @@ struct Tables {
 const WIDTHS: [usize; 5] = [6, 3, 3, 2, 1];
 
 impl Tables {
-    fn new(mesh: &IcosahedralMesh, base: i32, is_wide: bool, has_count: bool) -> Self {
-        let rows = [&mesh.cell_corner, &mesh.corner_cell, &mesh.corner_edge, &mesh.edge_corner];
-        let rows = rows.map(|table| table.iter().map(|v| v + base).collect::<Vec<i32>>());
-        let reals = [&mesh.lon_center_rad, &mesh.lat_center_rad, &mesh.lon_corner_rad, &mesh.lat_corner_rad];
-        Tables::of(reals.map(Clone::clone), rows.each_ref(), base, is_wide, has_count)
-    }
-
-    fn of(reals: [Vec<f64>; 4], rows: [&Vec<i32>; 4], base: i32, is_wide: bool, has_count: bool) -> Self {
-        let rows = rows.map(|table| table.iter().map(|v| i64::from(*v)).collect::<Vec<i64>>());
-        let [cell_corner, corner_cell, corner_edge, edge_corner] = rows;
-        // A pentagon's last corner stands twice.
-        let count = cell_corner.chunks_exact(6).map(|row| if row[4] == row[5] { 5 } else { 6 }).collect();
-        let rows = [cell_corner, corner_cell, corner_edge, edge_corner, count];
-        Tables { reals, rows, has_count, row: 6, base, is_wide }
-    }
-
-    fn culled(mesh: &IcosahedralMesh, random: &mut Random, is_wide: bool, has_count: bool) -> Self {
-        let holes = holes(mesh);
-        let all = (String::new(), vec![true; mesh.cells()]);
+    /// Of a whole mesh or one with holes, in some style.
+    fn new(mesh: &IcosahedralMesh, random: &mut Random, has_holes: bool) -> Self {
+        let [base, is_wide, has_count] = [(); 3].map(|()| random.below(2));
+        let (all, holes) = (vec![true; mesh.cells()], holes(mesh));
         let stays = &holes[random.below(holes.len())].1;
-        let stays = if stays.contains(&true) { stays } else { &all.1 };
+        let stays = if has_holes && stays.contains(&true) { stays } else { &all };
         let style = [Style::Corners, Style::Triangles][random.below(2)];
         let mark = [Mark::BeforeFirst, Mark::MinusOne, Mark::BehindLast][random.below(3)];
-        let base = random.below(2) as i32;
-        let culled = Culled::new(mesh, stays, style, mark, base);
+        let culled = Culled::new(mesh, stays, style, mark, base as i32);
         let rows = [&culled.cell_corner, &culled.corner_cell, &culled.corner_edge, &culled.edge_corner];
-        Tables::of(culled.lon_lat.clone(), rows, base, is_wide, has_count)
+        let [cell_corner, corner_cell, corner_edge, edge_corner] =
+            rows.map(|table| table.iter().map(|v| i64::from(*v)).collect::<Vec<i64>>());
+        // A pentagon's last corner stands twice.
+        let count = cell_corner.chunks_exact(6).map(|row| if row[4] == row[5] { 5 } else { 6 }).collect();
+        Tables {
+            rows: [cell_corner, corner_cell, corner_edge, edge_corner, count],
+            reals: culled.lon_lat,
+            has_count: has_count == 1,
+            row: 6,
+            base: base as i32,
+            is_wide: is_wide == 1,
+        }
     }
 
     fn damage(&mut self, random: &mut Random) {
@@ -74,50 +69,28 @@ impl Tables {
                 rows[at] = odd[random.below(odd.len())];
             }
             4 if !rows.is_empty() => rows[at] = random.below(limit as usize) as i64 + i64::from(self.base),
-            5 if rows.len() >= width => {
-                let copy = rows[row * width..(row + 1) * width].to_vec();
-                rows[other_row * width..(other_row + 1) * width].copy_from_slice(&copy);
-            }
+            5 if rows.len() >= width => rows.copy_within(row * width..(row + 1) * width, other_row * width),
             6 if rows.len() >= width => {
-                for k in 0..width {
-                    rows.swap(row * width + k, other_row * width + k);
-                }
+                (0..width).for_each(|k| rows.swap(row * width + k, other_row * width + k));
             }
             7 => rows.truncate(at),
             8 => rows.extend(vec![i64::from(self.base); width * (1 + random.below(3))]),
-            9 => {
-                let other = random.below(4);
-                self.rows.swap(table, other);
-            }
-            10 => {
+            9 => self.rows.swap(table, random.below(4)),
+            kind @ 10..=12 => {
                 let odd = [f64::NAN, f64::INFINITY, -f64::INFINITY, 1e300, 5e-324, 0.0, -3.2, 1.7, 7.0];
                 let reals = &mut self.reals[random.below(4)];
-                let at = random.below(reals.len());
-                if let Some(real) = reals.get_mut(at) {
-                    *real = odd[random.below(odd.len())];
-                }
-            }
-            11 => {
-                let reals = &mut self.reals[random.below(4)];
                 let (a, b) = (random.below(reals.len()), random.below(reals.len()));
-                if !reals.is_empty() {
+                match (kind, random.below(3)) {
+                    (12, _) => reals.resize(random.below(reals.len() + 3), 0.5),
+                    _ if reals.is_empty() => (),
+                    (10, _) => reals[a] = odd[random.below(odd.len())],
                     // A centre where another is too, near it, or in its place.
-                    match random.below(3) {
-                        0 => reals[a] = reals[b],
-                        1 => reals[a] += 1e-3 * (random.below(1000) as f64 - 500.0),
-                        _ => reals.swap(a, b),
-                    }
+                    (_, 0) => reals[a] = reals[b],
+                    (_, 1) => reals[a] += 1e-3 * (random.below(1000) as f64 - 500.0),
+                    _ => reals.swap(a, b),
                 }
             }
-            12 => {
-                let reals = &mut self.reals[random.below(4)];
-                let length = random.below(reals.len() + 3);
-                reals.resize(length, 0.5);
-            }
-            13 => {
-                let other = random.below(4);
-                self.reals.swap(random.below(4), other);
-            }
+            13 => self.reals.swap(random.below(4), random.below(4)),
             14 if rows.len() >= width => {
                 rows[row * width..(row + 1) * width].rotate_left(random.below(width));
             }
@@ -155,13 +128,10 @@ impl Tables {
     }
 }
 
-fn scene(light: &str) -> Scene {
-    Scene::parse(&format!(
-        "field = \"f\"\nexaggeration = 40\ntolerance = 1e-2\n[image]\nwidth = 8\nheight = 8\n[camera]\nlon = 20\n\
-         lat = 35\ndistance = 3.2\nfov = 45\n[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\n\
-         opacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n[light]\nkind = \"{light}\"\n"
-    ))
-    .unwrap()
+fn lit(kind: &str) -> Scene {
+    let transfer = "map = \"viridis\"\nrange = [-1.5, 1.5]\nopacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]";
+    let keys = "exaggeration = 40\ntolerance = 1e-2\nimage = { width = 8, height = 8 }";
+    scene("lon = 20\nlat = 35\ndistance = 3.2", transfer, &format!("{keys}|[light]\nkind = \"{kind}\""))
 }
 
 /// Names of which an error must have one.
@@ -183,18 +153,13 @@ fn damaged_tables_are_refused_or_drawn() {
     let meshes = [0, 1, 2].map(|level| IcosahedralMesh::new(level).unwrap());
     let renderer = Renderer::new(2).unwrap();
     let layers = Layers::from_heights(&[0.0, 6e3, 20e3], 6371e3).unwrap();
-    let scenes = [scene("none"), scene("headlight")];
+    let scenes = ["none", "headlight"].map(lit);
     let (mut taken, mut refused) = (0, 0);
     // Panics are reported with their seed; the hook would only be in the way.
     for seed in 0..count {
         let mut random = Random::new(seed);
         let mesh = &meshes[random.below(3)];
-        let [base, wide, counted] = [0, 1, 2].map(|_| random.below(2));
-        let mut tables = if seed % 2 == 0 {
-            Tables::new(mesh, base as i32, wide == 1, counted == 1)
-        } else {
-            Tables::culled(mesh, &mut random, wide == 1, counted == 1)
-        };
+        let mut tables = Tables::new(mesh, &mut random, seed % 2 == 1);
         // The first of all are right.
         let damages = if seed < 100 { 0 } else { 1 + random.below(4) };
         for _ in 0..damages {
@@ -261,7 +226,7 @@ fn extreme_values_are_drawn_in_bounded_work() {
         &[0.5],
     ];
     for values in odd {
-        for scene in [scene("none"), scene("headlight")] {
+        for scene in ["none", "headlight"].map(lit) {
             let double: Vec<f64> = (0..grid.cells() * 3).map(|i| values[i % values.len()]).collect();
             let single: Vec<f32> = double.iter().map(|v| *v as f32).collect();
             for samples in [double.as_slice().into(), single.as_slice().into()] {

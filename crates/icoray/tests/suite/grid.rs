@@ -1,5 +1,8 @@
 //! The grid's checks: correct tables pass in every order of real files, and errors name the fault.
 
+use crate::common::assert_grid_error;
+use crate::culled::{Culled, Mark, Style};
+use crate::holes::assert_closed;
 use icoray::{ErrorKind, Grid, GridTables, IcosahedralMesh, LonLat};
 
 fn mesh(level: u32) -> IcosahedralMesh {
@@ -7,27 +10,15 @@ fn mesh(level: u32) -> IcosahedralMesh {
 }
 
 #[test]
-fn bisection_gives_the_known_counts() {
+fn bisected_meshes_are_closed_and_have_the_known_counts() {
     for level in 0..=5 {
         let mesh = mesh(level);
         let grid = Grid::new(mesh.tables()).unwrap();
         let n = 4usize.pow(level);
         assert_eq!((grid.cells(), grid.triangles(), grid.tables().edges()), (10 * n + 2, 20 * n, 30 * n));
+        assert_closed(&grid, "whole");
     }
     assert_eq!(IcosahedralMesh::new(13).unwrap_err().kind(), ErrorKind::Argument);
-}
-
-#[test]
-fn sides_lie_opposite_their_vertices() {
-    let mesh = mesh(3);
-    let grid = Grid::new(mesh.tables()).unwrap();
-    for t in 0..grid.triangles() as u32 {
-        for k in 0..3 {
-            let beyond = grid.triangle(grid.across(t, k));
-            let shared = (0..3).filter(|&j| beyond.contains(&grid.triangle(t)[j])).collect::<Vec<_>>();
-            assert_eq!(shared, (0..3).filter(|&j| j != k).collect::<Vec<_>>());
-        }
-    }
 }
 
 /// Rows in any order, Fortran numbering, 2 spare columns of garbage: the same triangles and neighbours.
@@ -35,40 +26,21 @@ fn sides_lie_opposite_their_vertices() {
 fn shuffled_rows_and_base_one_change_nothing() {
     let mesh = mesh(2);
     let plain = Grid::new(mesh.tables()).unwrap();
-    let (mut corner_cell, mut corner_edge, mut edge_corner) =
-        (mesh.corner_cell.clone(), mesh.corner_edge.clone(), mesh.edge_corner.clone());
-    let turn = |rows: &mut [i32], n: usize, by: usize| {
-        for (i, row) in rows.chunks_exact_mut(n).enumerate() {
-            if (i * 7 + by).is_multiple_of(3) {
-                row.swap(0, 1);
-            }
-            row.rotate_left((i + by) % n);
-        }
-    };
-    turn(&mut corner_cell, 3, 0);
-    turn(&mut corner_edge, 3, 1);
-    turn(&mut edge_corner, 2, 2);
-    let mut cell_corner = Vec::new();
-    let mut count = Vec::new();
-    for row in mesh.cell_corner.chunks_exact(6) {
+    let mut shuffled = Culled::new(&mesh, &vec![true; mesh.cells()], Style::Corners, Mark::MinusOne, 1);
+    shuffled.shuffle();
+    let (mut cell_corner, mut count) = (Vec::new(), Vec::new());
+    for row in shuffled.cell_corner.chunks_exact(6) {
         let mut distinct = row.to_vec();
         distinct.dedup();
         count.push(distinct.len() as i32);
         distinct.resize(8, -77);
         cell_corner.extend(distinct);
     }
-    for table in [&mut corner_cell, &mut corner_edge, &mut edge_corner, &mut cell_corner] {
-        table.iter_mut().for_each(|v| *v += 1);
-    }
     let tables = GridTables {
-        index_base: 1,
-        corner_cell: corner_cell.as_slice().into(),
-        corner_edge: corner_edge.as_slice().into(),
-        edge_corner: edge_corner.as_slice().into(),
         cell_corner: cell_corner.as_slice().into(),
         cell_corner_row: 8,
         cell_corner_count: Some(count.as_slice().into()),
-        ..mesh.tables()
+        ..shuffled.tables()
     };
     let shuffled = Grid::new(tables).unwrap();
     for t in 0..plain.triangles() as u32 {
@@ -151,11 +123,7 @@ fn damage_is_named() {
     for (i, (damage, words)) in cases.iter().enumerate() {
         let mut mesh = mesh(2);
         damage(&mut mesh);
-        let error = Grid::new(mesh.tables()).expect_err(&format!("case {i} passed"));
-        assert_eq!(error.kind(), ErrorKind::Grid, "case {i}: {error}");
-        for word in *words {
-            assert!(error.to_string().contains(word), "case {i}: '{word}' is not in '{error}'");
-        }
+        assert_grid_error(Grid::new(mesh.tables()), words, &format!("case {i}"));
     }
 }
 
@@ -163,14 +131,12 @@ fn damage_is_named() {
 #[test]
 fn wide_numbers_are_not_wrapped() {
     let mesh = mesh(2);
-    let widen = |table: &[i32], base: i64| table.iter().map(|&v| i64::from(v) + base).collect::<Vec<i64>>();
     let plain = Grid::new(mesh.tables()).unwrap();
     for base in [0, 1] {
         let rows = [&mesh.cell_corner, &mesh.corner_cell, &mesh.corner_edge, &mesh.edge_corner];
-        let names = ["cell_corner", "corner_cell", "corner_edge", "edge_corner"];
-        let right = rows.map(|table| widen(table, base));
-        let grid = |table: &[Vec<i64>; 4], count: Option<&[i64]>| {
-            let tables = GridTables {
+        let right = rows.map(|table| table.iter().map(|v| i64::from(*v) + base).collect::<Vec<i64>>());
+        let check = |table: &[Vec<i64>; 4], count: Option<&[i64]>, words: &[&str]| {
+            let grid = Grid::new(GridTables {
                 index_base: base as i32,
                 cell_corner: table[0].as_slice().into(),
                 corner_cell: table[1].as_slice().into(),
@@ -178,42 +144,37 @@ fn wide_numbers_are_not_wrapped() {
                 edge_corner: table[3].as_slice().into(),
                 cell_corner_count: count.map(Into::into),
                 ..mesh.tables()
-            };
-            Grid::new(tables).map(|grid| {
-                for t in 0..grid.triangles() as u32 {
-                    assert_eq!(grid.triangle(t), plain.triangle(t));
-                    assert_eq!([0, 1, 2].map(|k| grid.across(t, k)), [0, 1, 2].map(|k| plain.across(t, k)));
-                }
-            })
-        };
-        grid(&right, None).unwrap();
-        grid(&right, Some(&[6; 162])).unwrap();
-        let refused = |error: icoray::Error, words: [&str; 3]| {
-            assert_eq!(error.kind(), ErrorKind::Grid, "{error}");
-            for word in words {
-                assert!(error.to_string().contains(word), "'{word}' is not in '{error}'");
+            });
+            if !words.is_empty() {
+                return assert_grid_error(grid, words, &format!("base {base}"));
+            }
+            let grid = grid.unwrap();
+            for t in 0..grid.triangles() as u32 {
+                assert_eq!(grid.triangle(t), plain.triangle(t));
+                assert_eq!([0, 1, 2].map(|k| grid.across(t, k)), [0, 1, 2].map(|k| plain.across(t, k)));
             }
         };
-        for (k, name) in names.into_iter().enumerate() {
-            let columns = [6, 3, 3, 2][k];
+        check(&right, None, &[]);
+        check(&right, Some(&[6; 162]), &[]);
+        for (k, (name, columns)) in
+            [("cell_corner", 6), ("corner_cell", 3), ("corner_edge", 3), ("edge_corner", 2)].into_iter().enumerate()
+        {
             let row = [format!("{name}[10][1] (MPAS "), format!("{name}(2, 11) (MPAS ")][base as usize].clone();
             for wrong in [(1 << 32) + 5, -(1 << 32) + 5, i64::MAX, i64::MIN] {
                 let mut damaged = right.clone();
                 damaged[k][10 * columns + 1] = wrong;
-                let error = grid(&damaged, None).unwrap_err();
-                refused(error, [&row, &format!(": {wrong}, expected {base} to"), name]);
+                check(&damaged, None, &[&row, &format!(": {wrong}, expected {base} to"), name]);
             }
         }
         for mark in [base - 1, -1, 162 + base] {
             let mut damaged = right.clone();
             damaged[1][31] = mark;
-            let error = grid(&damaged, None).unwrap_err();
             let row = ["and corner_cell[10] (", "and corner_cell(:, 11) ("][base as usize];
-            refused(error, ["corner_cell", row, &format!(", {mark}, ")]);
+            check(&damaged, None, &["corner_cell", row, &format!(", {mark}, ")]);
         }
         let mut count = [6; 162];
         count[7] = (1 << 32) + 6;
         let row = ["cell_corner_count[7] (MPAS nEdgesOnCell)", "cell_corner_count(8) (MPAS"][base as usize];
-        refused(grid(&right, Some(&count)).unwrap_err(), [row, "4294967302", "3 to 6"]);
+        check(&right, Some(&count), &[row, "4294967302", "3 to 6"]);
     }
 }

@@ -1,51 +1,30 @@
 //! Labels and colour ranges from the scene to the files.
 
-use crate::common::{at_centers, icosahedral};
+use crate::common::{Model, even_heights, scene};
 use icoray::output::{Existing, NameTemplate, Output, Stamp, write_frame, write_picture_with};
-use icoray::{Description, Frame, Grid, Layers, Renderer, Scene};
+use icoray::{Description, Frame, Renderer, Scene};
 use std::path::Path;
 
 const LAYERS: usize = 5;
 const SIZE: u32 = 200;
 
-fn scene(transfer: &str, rest: &str) -> Scene {
-    let text = format!(
-        "field = \"f\"\nexaggeration = 60\nbackground = \"#102030\"\n[image]\nwidth = {SIZE}\nheight = {SIZE}\n\
-         [camera]\nlon = 20\nlat = 40\ndistance = 4\n[transfer]\n{transfer}\n{rest}\n"
-    );
-    Scene::parse(&text).unwrap_or_else(|e| panic!("{e}"))
+fn shown(transfer: &str, rest: &str) -> Scene {
+    let keys = format!("exaggeration = 60\nbackground = \"#102030\"\nimage = {{ width = {SIZE}, height = {SIZE} }}");
+    scene("lon = 20\nlat = 40\ndistance = 4", transfer, &format!("{keys}\n{rest}"))
 }
 
 const FIXED: &str = "map = \"viridis\"\nrange = [-1, 1]\nopacity = [[-1, 0.2], [0, 0], [1, 0.8]]";
 
-/// A sphere whose values go from -`most` to `most`.
-struct Sphere {
-    grid: Grid<'static>,
-    layers: Layers,
-    renderer: Renderer,
-}
-
-impl Sphere {
-    fn new() -> Self {
-        let heights: Vec<f64> = (0..LAYERS).map(|k| 4000.0 * k as f64).collect();
-        Sphere {
-            grid: icosahedral(4).1,
-            layers: Layers::from_heights(&heights, 6.371e6).unwrap(),
-            renderer: Renderer::new(2).unwrap(),
-        }
-    }
-
-    fn frame(&self, scene: &Scene, most: f32) -> Frame {
-        let count = self.grid.cells() * LAYERS;
-        let values: Vec<f32> =
-            (0..count).map(|i| most * (2.0 * (i * 7919 % count) as f32 / (count - 1) as f32 - 1.0)).collect();
-        let field = at_centers(&values, LAYERS);
-        let mut frame = self.renderer.render(scene, &self.grid, &self.layers, &field).unwrap();
-        let description = Description { long_name: Some("a field".into()), units: Some("m s-1".into()) };
-        frame.descriptions.insert(scene.field().to_owned(), description);
-        frame.stamp = Stamp { step: 3, time_s: 60.0, date: None };
-        frame
-    }
+/// The frame of a sphere whose values go from -`most` to `most`.
+fn frame(renderer: &Renderer, scene: &Scene, most: f64) -> Frame {
+    let value = |i: usize, count: usize| most * (2.0 * (i * 7919 % count) as f64 / (count - 1) as f64 - 1.0);
+    let heights = even_heights(LAYERS, 16e3 / 6.371e6);
+    let data = Model::new(4, &heights, |cell, _, layer| [value(cell * LAYERS + layer, 2562 * LAYERS)]);
+    let mut frame = data.draw_by(renderer, scene);
+    let description = Description { long_name: Some("a field".into()), units: Some("m s-1".into()) };
+    frame.descriptions.insert(scene.field().to_owned(), description);
+    frame.stamp = Stamp { step: 3, time_s: 60.0, date: None };
+    frame
 }
 
 fn written(frame: &Frame, path: &Path) -> image::DynamicImage {
@@ -63,8 +42,8 @@ fn encoded(pixel: [f32; 4]) -> [u8; 4] {
 
 #[test]
 fn without_labels_pictures_are_the_pixels_and_nothing_else() {
-    let (folder, sphere) = (tempfile::tempdir().unwrap(), Sphere::new());
-    let [plain, off] = ["", "[labels]\non = false"].map(|rest| sphere.frame(&scene(FIXED, rest), 1.0));
+    let (folder, renderer) = (tempfile::tempdir().unwrap(), Renderer::new(2).unwrap());
+    let [plain, off] = ["", "|[labels]\non = false"].map(|rest| frame(&renderer, &shown(FIXED, rest), 1.0));
     assert!(plain.legend.is_none() && plain == Frame { report: plain.report.clone(), ..off.clone() });
     let picture = written(&plain, &folder.path().join("plain.png")).into_rgba8();
     assert_eq!(picture.dimensions(), (SIZE, SIZE));
@@ -77,8 +56,9 @@ fn without_labels_pictures_are_the_pixels_and_nothing_else() {
 
 #[test]
 fn labels_are_in_the_png_alone() {
-    let (folder, sphere) = (tempfile::tempdir().unwrap(), Sphere::new());
-    let frames = ["", "[labels]", "[labels]\nplace = \"below\""].map(|rest| sphere.frame(&scene(FIXED, rest), 1.0));
+    let (folder, renderer) = (tempfile::tempdir().unwrap(), Renderer::new(2).unwrap());
+    let frames =
+        ["", "|[labels]", "|[labels]\nplace = \"below\""].map(|rest| frame(&renderer, &shown(FIXED, rest), 1.0));
     let [plain, labelled, below] = &frames;
     assert!(frames.iter().all(|frame| frame.pixels == plain.pixels && frame.error == plain.error));
     let read = |frame: &Frame, name: &str| written(frame, &folder.path().join(name));
@@ -94,20 +74,20 @@ fn labels_are_in_the_png_alone() {
 
 #[test]
 fn ranges_that_follow_the_data_are_drawn_and_reported() {
-    let (folder, sphere) = (tempfile::tempdir().unwrap(), Sphere::new());
+    let (folder, renderer) = (tempfile::tempdir().unwrap(), Renderer::new(2).unwrap());
     let follows = "map = \"vik\"\ncenter = 0\nrange = { union = [0, 100], hysteresis = 0.5 }\n\
                    opacity = [[0, 0.8], [0.5, 0], [1, 0.8]]";
-    let union = scene(follows, "");
+    let union = shown(follows, "");
     let output = Output::from(NameTemplate::new("{step}.png").unwrap());
     for (step, most, expected) in [(0, 2.0, 2.0), (1, 3.0, 2.0), (2, 1.0, 2.0), (3, 10.0, 12.0)] {
-        let mut frame = sphere.frame(&union, most);
-        assert_eq!(frame.report.colors[0].range, [-expected, expected], "step {step}");
+        let mut drawn = frame(&renderer, &union, most);
+        assert_eq!(drawn.report.colors[0].range, [-expected, expected], "step {step}");
         // The picture is that of a scene with this range.
         let fixed = follows.replace("{ union = [0, 100], hysteresis = 0.5 }", &format!("[-{expected}, {expected}]"));
-        let like = sphere.frame(&scene(&fixed, "opacity_in = \"range\""), most);
-        assert_eq!(frame.pixels, like.pixels, "step {step}");
+        let like = frame(&renderer, &shown(&fixed, "|opacity_in = \"range\""), most);
+        assert_eq!(drawn.pixels, like.pixels, "step {step}");
         let stamp = Stamp { step, ..Stamp::default() };
-        let path = write_frame(folder.path(), &output, &stamp, &mut frame, Existing::Overwrite).unwrap();
+        let path = write_frame(folder.path(), &output, &stamp, &mut drawn, Existing::Overwrite).unwrap();
         let bytes = std::fs::read(path).unwrap();
         let says = |words: &str| bytes.windows(words.len()).any(|at| at == words.as_bytes());
         for words in ["centred on 0, percentiles 0 to 100 of all frames", "m s-1", "a field"] {

@@ -1,7 +1,7 @@
 //! Levels of detail: pictures of values that were drawn before are traced on coarser grids, within their errors.
 
-use crate::common::{DENSE, FAR, INSIDE, LIT, SHELL, at_centers, count_beyond, icosahedral, scene};
-use icoray::{Frame, Grid, Layers, Precision, Renderer, Scene};
+use crate::common::{DENSE, FAR, INSIDE, LIT, Model, SHELL, at_centers, count_beyond, even_heights, scene};
+use icoray::{Frame, Precision, Renderer, Scene};
 use icoray_test_support::Random;
 
 const LAYERS: usize = 9;
@@ -12,57 +12,45 @@ const STRIPES: &str = "knots = [ { value = -0.9, color = \"black\", extinction =
      { value = -0.3, color = \"black\", extinction = 20 }, { value = 0, color = \"white\", extinction = 20 }, \
      { value = 0.3, color = \"black\", extinction = 20 }, { value = 0.6, color = \"white\", extinction = 20 } ]";
 
-/// A smooth field over a grid of four levels, of whose values some may be missing.
-struct Model {
-    grid: Grid<'static>,
-    layers: Layers,
-    values: Vec<f32>,
+/// A smooth field over a grid of four levels, of whose values some may be missing; `falls` stores the outermost layer
+/// first.
+fn model(waves: f64, misses: bool, falls: bool) -> Model {
+    let mut heights = even_heights(LAYERS, 0.15);
+    if falls {
+        heights.reverse();
+    }
+    Model::new(7, &heights, |_, p, layer| {
+        let height = if falls { LAYERS - 1 - layer } else { layer } as f64 / LAYERS as f64;
+        let (lon, lat) = (p.y.atan2(p.x), p.z.asin());
+        let value = (waves * (lon + 2.0 * height)).sin() * (waves * (1.3 * lat - 1.5 * height)).cos();
+        [if misses && lat > 0.9 && lon.abs() > 2.0 { f64::NAN } else { value }]
+    })
 }
 
-impl Model {
-    /// `falls` stores the outermost layer first.
-    fn new(waves: f64, misses: bool, falls: bool) -> Self {
-        let (mesh, grid) = icosahedral(7);
-        let mut values = Vec::new();
-        for (lon, lat) in mesh.lon_center_rad.iter().zip(&mesh.lat_center_rad) {
-            for layer in (0..LAYERS).map(|layer| if falls { LAYERS - 1 - layer } else { layer }) {
-                let height = layer as f64 / LAYERS as f64;
-                let value = (waves * (lon + 2.0 * height)).sin() * (waves * (1.3 * lat - 1.5 * height)).cos();
-                values.push(if misses && *lat > 0.9 && *lon > 3.0 { f32::NAN } else { value as f32 });
-            }
-        }
-        let mut radii: Vec<f64> = (0..LAYERS).map(|l| 1.0 + 0.15 * l as f64 / (LAYERS - 1) as f64).collect();
-        if falls {
-            radii.reverse();
-        }
-        Model { grid, layers: Layers::new(radii, 1.0).unwrap(), values }
-    }
-
-    /// The first, second and third picture of the same renderer.
-    fn draw(&self, scenes: [&Scene; 3]) -> [Frame; 3] {
-        let field = at_centers(&self.values, LAYERS);
-        let renderer = Renderer::new(2).unwrap().with_levels();
-        scenes.map(|scene| renderer.render(scene, &self.grid, &self.layers, &field).unwrap())
-    }
+/// The first, second and third picture of the same renderer.
+fn draw(model: &Model, scenes: [&Scene; 3]) -> [Frame; 3] {
+    let field = at_centers(&model.values[0], LAYERS);
+    let renderer = Renderer::new(2).unwrap().with_levels();
+    scenes.map(|scene| renderer.render(scene, &model.grid, &model.layers, &field).unwrap())
 }
 
 #[test]
 fn pixels_of_levels_are_within_their_errors() {
     let mut used = 0;
     for (model, camera, transfer, rest) in [
-        (Model::new(1.0, false, false), FAR, DENSE, "tolerance = 0.15"),
-        (Model::new(1.0, true, false), FAR, DENSE, "tolerance = 0.1\ncore = \"transparent\""),
-        (Model::new(3.0, false, true), FAR, SHELL, "tolerance = 0.05"),
-        (Model::new(3.0, false, false), FAR, STRIPES, "tolerance = 0.02"),
-        (Model::new(2.0, true, false), FAR, STEPS, "tolerance = 0.02"),
-        (Model::new(1.0, false, true), INSIDE, DENSE, "tolerance = 0.1"),
+        (model(1.0, false, false), FAR, DENSE, "tolerance = 0.15"),
+        (model(1.0, true, false), FAR, DENSE, "tolerance = 0.1\ncore = \"transparent\""),
+        (model(3.0, false, true), FAR, SHELL, "tolerance = 0.05"),
+        (model(3.0, false, false), FAR, STRIPES, "tolerance = 0.02"),
+        (model(2.0, true, false), FAR, STEPS, "tolerance = 0.02"),
+        (model(1.0, false, true), INSIDE, DENSE, "tolerance = 0.1"),
     ] {
         let scene = scene(camera, transfer, rest);
         let hurried = Scene { time_budget_ms: Some(1e-3), largest_step: 1, ..scene.clone() };
         let truth = Scene { precision: Precision::F64, tolerance: 1e-7, ..scene.clone() };
         let single = Scene { antialias: false, ..truth.clone() };
-        let [_, level, hurried] = model.draw([&scene, &scene, &hurried]);
-        let [truth, single, _] = model.draw([&truth, &single, &single]);
+        let [_, level, hurried] = draw(&model, [&scene, &scene, &hurried]);
+        let [truth, single, _] = draw(&model, [&truth, &single, &single]);
         used += u32::from(level.report.quality.level > 0);
         assert!(level.report.error.max <= scene.tolerance, "{rest}: {:?}", level.report.error);
         assert!(hurried.report.quality.level > 0 && hurried.report.counts.rays > 0, "{rest}");
@@ -76,10 +64,10 @@ fn pixels_of_levels_are_within_their_errors() {
 /// Levels are made for the second picture of the same values, of renderers that have them, and for nothing else.
 #[test]
 fn first_pictures_and_budgets_make_no_levels() {
-    let model = Model::new(1.0, false, false);
+    let model = model(1.0, false, false);
     let scene = scene(FAR, DENSE, "tolerance = 0.2");
     let hurried = Scene { time_budget_ms: Some(1e-3), ..scene.clone() };
-    let levels = |scenes| model.draw(scenes).map(|frame| frame.report.quality.level > 0);
+    let levels = |scenes| draw(&model, scenes).map(|frame| frame.report.quality.level > 0);
     assert_eq!(levels([&scene, &hurried, &hurried]), [false; 3]);
     assert_eq!(levels([&scene, &scene, &hurried]), [false, true, true]);
 }
@@ -87,10 +75,10 @@ fn first_pictures_and_budgets_make_no_levels() {
 /// The shade of a level is not known to be that of the grid.
 #[test]
 fn lit_pictures_without_a_budget_are_of_the_grid() {
-    let model = Model::new(1.0, false, false);
+    let model = model(1.0, false, false);
     for (light, is_on_level) in [("", true), (LIT, false)] {
         let scene = scene(FAR, &format!("{DENSE}\n{light}"), "tolerance = 0.2");
-        let [_, second, _] = model.draw([&scene; 3]);
+        let [_, second, _] = draw(&model, [&scene; 3]);
         assert_eq!(second.report.quality.level > 0, is_on_level, "{light}");
     }
 }
@@ -102,9 +90,9 @@ fn pixels_of_random_scenes_are_within_their_errors() {
     for seed in 0..8 {
         let mut random = Random::new(900_000 + seed);
         let waves = 1.0 + random.below(4) as f64;
-        let mut model = Model::new(waves, random.below(4) == 0, random.below(2) == 0);
+        let mut model = model(waves, random.below(4) == 0, random.below(2) == 0);
         let noise = 10f64.powf(-3.0 * random.unit()) as f32;
-        model.values.iter_mut().for_each(|value| *value += noise * (random.unit() as f32 - 0.5));
+        model.values[0].iter_mut().for_each(|value| *value += noise * (random.unit() as f32 - 0.5));
         let (mut value, mut is_step, mut knots) = (-1.0, true, String::new());
         for _ in 0..3 + random.below(6) {
             is_step = !is_step && random.below(4) == 0;
@@ -120,8 +108,8 @@ fn pixels_of_random_scenes_are_within_their_errors() {
         let scene = Scene { antialias: false, ..scene(&camera, &format!("knots = [{knots}]"), core) };
         let hurried = Scene { time_budget_ms: Some(1e-3), largest_step: 1, ..scene.clone() };
         let truth = Scene { precision: Precision::F64, tolerance: 1e-7, ..scene.clone() };
-        let [_, _, level] = model.draw([&scene, &scene, &hurried]);
-        let [truth, ..] = model.draw([&truth; 3]);
+        let [_, _, level] = draw(&model, [&scene, &scene, &hurried]);
+        let [truth, ..] = draw(&model, [&truth; 3]);
         assert!(level.report.quality.level > 0);
         assert_eq!(count_beyond(&level, &truth, 0.0), 0, "seed {seed}: {knots}");
         known += level.error.iter().filter(|error| (1e-6..1.0).contains(*error)).count();

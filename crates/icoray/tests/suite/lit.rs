@@ -1,25 +1,27 @@
 //! Lit volumes beside surfaces, isosurfaces, other volumes and cuts, and over layers at heights of their own: no pixel
 //! is farther from the same picture at a far finer tolerance than both errors, and none is over its tolerance.
 
-use crate::common::{TwoFields, at_centers, icosahedral, over_columns, pixel_difference};
-use glam::DVec3;
-use icoray::{Fields, Frame, Layers, Precision, Renderer, Scene};
+use crate::common::{Model, even_heights, over_columns, pixel_difference, scene_of};
+use icoray::{Frame, Precision, Scene};
 use icoray_test_support as support;
+use itertools::iproduct;
 
 const LAYERS: usize = 7;
 const FINEST: f64 = 1e-7;
 
 /// Two fields with extrema inside of columns.
-fn waves(level: u32) -> TwoFields {
-    let wave = |d: DVec3, up: f64, phase: f64| {
-        (6.0 * d.x + phase).sin() * (5.0 * d.y - phase).cos() + 0.7 * (9.0 * up + 4.0 * d.z + phase).sin()
-    };
-    let values = |d: DVec3, up: f64| [0.3, 1.9].map(|phase| wave(d, up, phase));
-    TwoFields::new((level, LAYERS, 0.15), values, |d| 0.03 * (1.0 + (8.0 * d.y).sin()))
-}
-
-fn draw(data: &TwoFields, scene: &Scene) -> Frame {
-    data.draw(scene, 2).unwrap()
+fn waves(level: u32) -> Model {
+    let up = |layer: usize| layer as f64 / (LAYERS - 1) as f64;
+    let mut model = Model::new(level, &even_heights(LAYERS, 0.15), |_, d, layer| {
+        [0.3, 1.9].map(|phase| {
+            (6.0 * d.x + phase).sin() * (5.0 * d.y - phase).cos() + 0.7 * (9.0 * up(layer) + 4.0 * d.z + phase).sin()
+        })
+    });
+    // Layers follow mountains and get even upwards.
+    let mountain = |cell: usize| 0.03 * (1.0 + (8.0 * model.grid.direction(cell as u32).y).sin());
+    let height = |cell: usize, layer: usize| 0.15 * up(layer) + mountain(cell) * (1.0 - up(layer));
+    model.heights = over_columns(model.grid.cells(), LAYERS, height);
+    model
 }
 
 /// What is shown beside the volume of `f`.
@@ -70,12 +72,11 @@ fn scene(size: u32, beside: &str, transfer: &str, camera: &str, light: &str) -> 
         _ => ("field = \"f\"", format!("[transfer]\n{transfer}")),
     };
     // Which pixels have the edge of a surface in them may depend on where rays end, and so on the tolerance.
-    let text = format!(
-        "{field}\nheights = \"{heights}\"\nbackend = \"cpu\"\nantialias = false\nprecision = \"f64\"\nbackground = \"transparent\"\n\
-         core = \"#304050\"\n{volume}{section}[image]\nwidth = {size}\nheight = {size}\n\
-         [camera]\nlon = 20\nlat = 35\n{camera}\n[light]\n{light}"
+    let keys = format!(
+        "{field}\nheights = \"{heights}\"\nbackend = \"cpu\"\nantialias = false\nprecision = \"f64\"\n\
+         background = \"transparent\"\ncore = \"#304050\"\nimage = {{ width = {size}, height = {size} }}"
     );
-    Scene::parse(&text).unwrap_or_else(|error| panic!("{error}:\n{text}"))
+    scene_of(&format!("lon = 20\nlat = 35\n{camera}"), &keys, &format!("{volume}{section}[light]\n{light}"))
 }
 
 /// Numbers of pixels that are farther from `fine` than both errors, farther than the tolerance, and of larger errors.
@@ -99,28 +100,26 @@ fn no_lit_pixel_is_farther_off_than_its_error() {
     let (size, all) = support::count((20, false), (28, true));
     let mut failures = Vec::new();
     let mut pixels = 0;
-    for (i, (beside, _)) in BESIDE.iter().enumerate().skip(1) {
-        for (j, (name, transfer)) in TRANSFERS.iter().enumerate() {
-            for (k, camera) in CAMERAS.iter().enumerate() {
-                for (l, light) in LIGHTS.iter().enumerate() {
-                    // The short run takes each pair of them once.
-                    if !all && (k != (i + j) % 3 || l != (i + 2 * j) % 3) {
-                        continue;
-                    }
-                    let mut scene = scene(size, beside, transfer, camera, light);
-                    scene.tolerance = FINEST;
-                    let fine = draw(&data, &scene);
-                    for tolerance in [1e-2, 1e-3, 1e-4, 1e-5] {
-                        scene.tolerance = tolerance;
-                        let frame = draw(&data, &scene);
-                        pixels += frame.pixels.len();
-                        let wrong = wrong(&frame, &fine, tolerance);
-                        if wrong != [0; 3] {
-                            let what = format!("{beside}, {name}, {camera:?}, {light:?}, {tolerance}");
-                            failures.push(format!("{what}: {wrong:?}"));
-                        }
-                    }
-                }
+    for ((i, (beside, _)), (j, (name, transfer)), (k, camera), (l, light)) in iproduct!(
+        BESIDE.iter().enumerate().skip(1),
+        TRANSFERS.iter().enumerate(),
+        CAMERAS.iter().enumerate(),
+        LIGHTS.iter().enumerate()
+    ) {
+        // The short run takes each pair of them once.
+        if !all && (k != (i + j) % 3 || l != (i + 2 * j) % 3) {
+            continue;
+        }
+        let mut scene = scene(size, beside, transfer, camera, light);
+        scene.tolerance = FINEST;
+        let fine = data.draw(&scene);
+        for tolerance in [1e-2, 1e-3, 1e-4, 1e-5] {
+            scene.tolerance = tolerance;
+            let frame = data.draw(&scene);
+            pixels += frame.pixels.len();
+            let wrong = wrong(&frame, &fine, tolerance);
+            if wrong != [0; 3] {
+                failures.push(format!("{beside}, {name}, {camera:?}, {light:?}, {tolerance}: {wrong:?}"));
             }
         }
     }
@@ -135,23 +134,16 @@ fn no_lit_pixel_is_farther_off_than_its_error() {
 fn a_lit_volume_alone_reports_no_error_above_its_tolerance() {
     let data = waves(3);
     let size = support::count(40, 160);
-    for precision in [Precision::F64, Precision::F32] {
-        for (name, transfer) in TRANSFERS {
-            // Beside steps the error contains rounding in f32, too.
-            if precision == Precision::F32 && name == "steps" {
-                continue;
-            }
-            for (light, camera) in LIGHTS.iter().zip(CAMERAS) {
-                let mut scene = scene(size, "nothing", transfer, camera, light);
-                scene.precision = precision;
-                for tolerance in [1e-2, 1e-3] {
-                    scene.tolerance = tolerance;
-                    let error = draw(&data, &scene).report.error;
-                    let what = format!("{name} {light:?} {precision:?} {tolerance}: {error}");
-                    assert!(error.max > 0.01 * tolerance && error.pixels_over_tolerance == 0, "{what}");
-                }
-            }
+    let precisions = [Precision::F64, Precision::F32];
+    for (precision, (name, transfer), k, tolerance) in iproduct!(precisions, TRANSFERS, 0..3, [1e-2, 1e-3]) {
+        // Beside steps the error contains rounding in f32, too.
+        if precision == Precision::F32 && name == "steps" {
+            continue;
         }
+        let scene = scene(size, "nothing", transfer, CAMERAS[k], LIGHTS[k]);
+        let error = data.draw(&Scene { precision, tolerance, ..scene }).report.error;
+        let what = format!("{name} {:?} {precision:?} {tolerance}: {error}", LIGHTS[k]);
+        assert!(error.max > 0.01 * tolerance && error.pixels_over_tolerance == 0, "{what}");
     }
 }
 
@@ -159,7 +151,7 @@ fn a_lit_volume_alone_reports_no_error_above_its_tolerance() {
 fn pixels_that_rounding_puts_above_the_tolerance_are_counted() {
     let mut scene = scene(24, "nothing", TRANSFERS[1].1, CAMERAS[0], LIGHTS[0]);
     (scene.precision, scene.lighting, scene.tolerance) = (Precision::F32, None, 1e-6);
-    let frame = draw(&waves(3), &scene);
+    let frame = waves(3).draw(&scene);
     let over = frame.error.iter().filter(|error| **error > 1e-6).count();
     assert!(over > 0, "{}", frame.report.error);
     assert_eq!(frame.report.error.pixels_over_tolerance, over as u64);
@@ -171,25 +163,17 @@ fn pixels_that_rounding_puts_above_the_tolerance_are_counted() {
 /// say that a picture is bad.
 #[test]
 fn flat_parts_of_a_field_raise_no_false_alarm() {
-    let (_, grid) = icosahedral(4);
     // Hills with a flat top on flat ground, the same on all layers.
-    let hill = |cell: usize| {
-        let near = [[1.0, 0.0, 0.0], [0.0, 0.8, 0.6]].map(|at| grid.direction(cell as u32).dot(at.into()));
-        ((near[0].max(near[1]) - 0.6) / 0.3).clamp(0.0, 1.0) as f32
-    };
-    let values = over_columns(grid.cells(), LAYERS, |cell, _| hill(cell));
-    let layers = Layers::from_heights(&[0.0, 0.02, 0.04, 0.06, 0.08, 0.1, 0.12], 1.0).unwrap();
+    let data = Model::new(4, &even_heights(LAYERS, 0.12), |_, d, _| {
+        let near = [[1.0, 0.0, 0.0], [0.0, 0.8, 0.6]].map(|at| d.dot(at.into()));
+        [((near[0].max(near[1]) - 0.6) / 0.3).clamp(0.0, 1.0)]
+    });
     let transfer =
         "[transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0.2, 0], [0.9, 0.8]]\nunit_length = 0.05\n";
+    let keys = "field = \"f\"\nbackend = \"cpu\"\nantialias = false\nimage = { width = 120, height = 90 }";
     for beside in ["", "[[surfaces]]\nlayer = 2\ncolor = \"#805030\"\nopacity = 0.5\n"] {
-        let text = format!(
-            "field = \"f\"\nbackend = \"cpu\"\nantialias = false\n{transfer}{beside}[light]\n[camera]\nlon = 45\nlat = 20\n\
-             [image]\nwidth = 120\nheight = 90\n"
-        );
-        let scene = Scene::parse(&text).unwrap();
-        let fields = Fields::new([("f", at_centers(&values, LAYERS))]);
-        let frame = Renderer::new(2).unwrap().render(&scene, &grid, &layers, fields).unwrap();
-        let error = frame.report.error;
+        let scene = scene_of("lon = 45\nlat = 20", keys, &format!("{transfer}{beside}[light]"));
+        let error = data.draw(&scene).report.error;
         assert!(error.pixels_over_tolerance == 0 && error.max > 1e-5, "{beside:?}: {error:?}");
     }
 }

@@ -1,32 +1,33 @@
 //! Frames and grids that do not fit into memory are refused, with the bytes that are missing.
 
-use crate::common::{LIT, at_centers, icosahedral};
-use icoray::{ErrorKind, Fields, Grid, IcosahedralMesh, Layers, Plan, Renderer, Scene};
+use crate::common::{LIT, Model, at_centers, even_heights, scene};
+use icoray::{ErrorKind, FrameMemory, Grid, IcosahedralMesh, Plan, Renderer, Scene};
 use std::process::Command;
 
 const LAYERS: usize = 4;
+const FADING: &str = "map = \"viridis\"\nrange = [-1, 1]\nopacity = [[-1, 0.5], [1, 0.5]]";
 
-fn scene(rest: &str, distance: f64) -> Scene {
-    Scene::parse(&format!(
-        "field = \"f\"\n[image]\nwidth = 24\nheight = 20\n[camera]\nlon = 20\nlat = 35\ndistance = {distance}\n\
-         [transfer]\nmap = \"viridis\"\nrange = [-1, 1]\nopacity = [[-1, 0.5], [1, 0.5]]\n{rest}\n"
-    ))
-    .unwrap()
+fn shown(tables: &str, distance: f64) -> Scene {
+    let camera = format!("lon = 20\nlat = 35\ndistance = {distance}");
+    scene(&camera, FADING, &format!("image = {{ width = 24, height = 20 }}|{tables}"))
+}
+
+fn waves(level: u32) -> Model {
+    Model::new(level, &even_heights(LAYERS, 0.05), |cell, _, layer| [((cell * LAYERS + layer) as f64 * 0.37).sin()])
+}
+
+fn memory(data: &Model, scene: &Scene) -> FrameMemory {
+    Plan::new(scene, &data.grid, &data.layers, &at_centers(&data.values[0], LAYERS)).unwrap().memory(scene, &data.grid)
 }
 
 /// A renderer with a limit of so many bytes below what the plan says, and what comes of two frames.
 fn refused(rest: &str, missing: u64) -> [Option<String>; 2] {
-    let (_, grid) = icosahedral(4);
-    let layers = Layers::from_heights(&[0.0, 100e3, 200e3, 300e3], 6.371e6).unwrap();
-    let values: Vec<f32> = (0..grid.cells() * LAYERS).map(|i| (i as f32 * 0.37).sin()).collect();
-    let field = at_centers(&values, LAYERS);
-    let scene = scene(rest, 3.2);
-    let memory = Plan::new(&scene, &grid, &layers, &field).unwrap().memory(&scene, &grid);
-    assert_eq!(memory.grid as usize, grid.derived_bytes());
-    let taken = memory.total() - memory.grid;
-    let renderer = Renderer::new(1).unwrap().with_memory_limit(taken - missing);
+    let (data, scene) = (waves(4), shown(rest, 3.2));
+    let memory = memory(&data, &scene);
+    assert_eq!(memory.grid as usize, data.grid.derived_bytes());
+    let renderer = Renderer::new(1).unwrap().with_memory_limit(memory.total() - memory.grid - missing);
     [0, 1].map(|_| {
-        let error = renderer.render(&scene, &grid, &layers, &field).err()?;
+        let error = renderer.render(&scene, &data.grid, &data.layers, data.fields()).err()?;
         assert_eq!(error.kind(), ErrorKind::Memory, "{error}");
         Some(error.context().to_owned())
     })
@@ -47,40 +48,30 @@ fn a_frame_that_does_not_fit_is_refused_with_the_missing_bytes() {
 
 #[test]
 fn derived_fields_that_do_not_fit_are_refused_before_they_are_made() {
-    let (_, grid) = icosahedral(4);
-    let layers = Layers::from_heights(&[0.0, 100e3, 200e3, 300e3], 6.371e6).unwrap();
-    let values = vec![0.5f32; grid.cells() * LAYERS];
-    let field = at_centers(&values, LAYERS);
+    let data = waves(4);
     let derive = "[[derive]]\nname = \"a\"\nanomaly = \"f\"\nfrom = \"first\"\n[[derive]]\nname = \"b\"\nsum = { a = 2 }\n\
                   [[derive]]\nname = \"c\"\nsum = { b = 2 }\n[[surfaces]]\nfield = \"b\"\n";
-    let scene = scene(derive, 3.2);
-    let memory = Plan::new(&scene, &grid, &layers, &field).unwrap().memory(&scene, &grid);
+    let scene = shown(derive, 3.2);
+    let memory = memory(&data, &scene);
     // The first frame, the anomaly of it, and twice that; "c" is not shown.
-    assert_eq!(memory.derived as usize, 3 * size_of_val(values.as_slice()));
+    assert_eq!(memory.derived as usize, 3 * size_of_val(data.values[0].as_slice()));
     assert!(memory.to_string().contains("derived fields "), "{memory}");
-    let fields = || Fields::new([("f", field)]);
-    let renderer = Renderer::new(1).unwrap().with_memory_limit(memory.derived - 7);
-    let error = renderer.render(&scene, &grid, &layers, fields()).unwrap_err();
+    let draw = |renderer: &Renderer| renderer.render(&scene, &data.grid, &data.layers, data.fields());
+    let error = draw(&Renderer::new(1).unwrap().with_memory_limit(memory.derived - 7)).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Memory, "{error}");
     assert!(error.context().starts_with("derived fields: ") && error.context().ends_with(" 7 are missing"), "{error}");
     let renderer = Renderer::new(1).unwrap().with_memory_limit(memory.total());
     for _ in 0..2 {
-        renderer.render(&scene, &grid, &layers, fields()).unwrap();
+        draw(&renderer).unwrap();
     }
 }
 
 /// Gradients of a close-up are those of few cells.
 #[test]
 fn hidden_cells_do_not_count_as_memory() {
-    let (_, grid) = icosahedral(5);
-    let layers = Layers::from_heights(&[0.0, 1e3, 2e3, 3e3], 6.371e6).unwrap();
-    let values = vec![0.5f32; grid.cells() * LAYERS];
-    let field = at_centers(&values, LAYERS);
-    let gradients = |distance: f64| {
-        let scene = scene(LIT, distance);
-        Plan::new(&scene, &grid, &layers, &field).unwrap().memory(&scene, &grid).gradients as f64
-    };
-    let all = (grid.cells() * (LAYERS * 8 + 1)) as f64;
+    let data = Model::new(5, &even_heights(LAYERS, 5e-4), |_, _, _| [0.5]);
+    let gradients = |distance: f64| memory(&data, &shown(LIT, distance)).gradients as f64;
+    let all = (data.grid.cells() * (LAYERS * 8 + 1)) as f64;
     // The limb is 72 degrees from the point below the camera; and somewhat beyond is seen.
     assert!((0.3..0.5).contains(&(gradients(3.2) / all)), "{} of {all}", gradients(3.2));
     assert!(gradients(1.1) < 0.15 * all, "{} of {all}", gradients(1.1));

@@ -1,21 +1,22 @@
 //! Means of several rays per pixel, against pictures of 144 pixels for each.
 
-use crate::common::{LIT, OneField, averaged, bits, count_beyond, distances, pixel_difference};
+use crate::common::{LIT, Model, averaged, bits, count_beyond, distances, even_heights, pixel_difference, scene_of};
+use glam::DVec3;
 use icoray::{Frame, SamplingReport, Scene};
 use icoray_test_support::Random;
 
-const LAYERS: usize = 4;
 const SIDE: u32 = 36;
 /// Pixels of a reference for each, in both directions.
 const MANY: u32 = 12;
 
 /// A field of chance, which is another one in each cell.
-fn noise(level: u32) -> OneField {
-    OneField::new(level, LAYERS, |cell, _, _| Random::at(cell).unit())
+fn noise(level: u32) -> Model {
+    Model::new(level, &even_heights(4, 0.15), |cell, _, _| [Random::at(cell).unit()])
 }
 
-fn smooth(level: u32) -> OneField {
-    OneField::new(level, LAYERS, |_, p, layer| 0.5 + 0.3 * (2.0 * p.x).sin() * p.y + 0.1 * p.z + 0.02 * layer as f64)
+fn smooth(level: u32) -> Model {
+    let value = |p: DVec3, layer: usize| 0.5 + 0.3 * (2.0 * p.x).sin() * p.y + 0.1 * p.z + 0.02 * layer as f64;
+    Model::new(level, &even_heights(4, 0.15), |_, p, layer| [value(p, layer)])
 }
 
 const DENSE: &str =
@@ -24,15 +25,14 @@ const CLEAR: &str = "[transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[
 const DOME: &str = "[[isosurfaces]]\nfield = \"f\"\nvalue = 0.6\ncolor = \"crimson\"\n";
 
 fn scene(side: u32, keys: &str, tables: &str) -> Scene {
-    let text = format!(
-        "field = \"f\"\nbackend = \"cpu\"\ncore = \"white\"\n{keys}\n[image]\nwidth = {side}\nheight = {side}\n\
-         [camera]\nlon = 50\nlat = 20\ndistance = 3.6\nfov = 40\n{tables}"
+    let keys = format!(
+        "field = \"f\"\nbackend = \"cpu\"\ncore = \"white\"\n{keys}\nimage = {{ width = {side}, height = {side} }}"
     );
-    Scene::parse(&text).unwrap()
+    scene_of("lon = 50\nlat = 20\ndistance = 3.6\nfov = 40", &keys, tables)
 }
 
 /// What is shown, by name, of a field.
-fn shown<'d>(noise: &'d OneField, smooth: &'d OneField) -> Vec<(&'static str, &'d OneField, String)> {
+fn shown<'d>(noise: &'d Model, smooth: &'d Model) -> Vec<(&'static str, &'d Model, String)> {
     vec![
         ("noise", noise, DENSE.into()),
         ("lit noise", noise, format!("{DENSE}{LIT}")),
@@ -46,12 +46,12 @@ fn shown<'d>(noise: &'d OneField, smooth: &'d OneField) -> Vec<(&'static str, &'
 fn means_are_those_of_areas_within_the_reported_errors() {
     let (noise, smooth) = (noise(6), smooth(5));
     for (name, data, tables) in shown(&noise, &smooth) {
-        let exact = averaged(&data.draw(&scene(MANY * SIDE, "antialias = false", &tables), 2), MANY);
+        let exact = averaged(&data.draw(&scene(MANY * SIDE, "antialias = false", &tables)), MANY);
         let mean_off = |frame: &Frame| distances(frame, &exact).iter().sum::<f64>();
-        let one = mean_off(&data.draw(&scene(SIDE, "antialias = false", &tables), 2));
+        let one = mean_off(&data.draw(&scene(SIDE, "antialias = false", &tables)));
         let mut before = one;
         for (samples, better) in [(2, 1.0), (3, 1.2), (4, 1.5), (8, 3.0), (16, 4.0), (64, 8.0)] {
-            let frame = data.draw(&scene(SIDE, &format!("samples = {samples}\nantialias = false"), &tables), 2);
+            let frame = data.draw(&scene(SIDE, &format!("samples = {samples}\nantialias = false"), &tables));
             let now = mean_off(&frame);
             assert!(one > better * now && now < before, "{name}, {samples}: {one}, {before} and {now} off");
             before = now;
@@ -77,8 +77,8 @@ fn means_are_those_of_areas_within_the_reported_errors() {
 fn pixels_at_edges_take_no_fewer_rays_than_without_samples() {
     let data = smooth(4);
     for tables in [CLEAR.to_owned(), format!("{CLEAR}{DOME}")] {
-        let exact = averaged(&data.draw(&scene(MANY * SIDE, "antialias = false", &tables), 2), MANY);
-        let [one, two] = [1, 2].map(|n| data.draw(&scene(SIDE, &format!("samples = {n}"), &tables), 2));
+        let exact = averaged(&data.draw(&scene(MANY * SIDE, "antialias = false", &tables)), MANY);
+        let [one, two] = [1, 2].map(|n| data.draw(&scene(SIDE, &format!("samples = {n}"), &tables)));
         // Beside the shell, pixels next to an edge take no samples.
         let edge_pixels = [&one, &two].map(|frame| frame.report.edge_pixels);
         assert!(edge_pixels[1] > 100 && (0..5).contains(&(edge_pixels[0] - edge_pixels[1])), "{edge_pixels:?}");
@@ -95,7 +95,7 @@ fn smooth_pictures_take_no_more_than_the_first_round() {
         let near = |keys: &str| {
             let mut scene = scene(64, keys, DENSE);
             scene.camera = icoray::Camera::above(50.0, 20.0, 2.5, 12.0).unwrap();
-            data.draw(&scene, 2)
+            data.draw(&scene)
         };
         let frame = near("samples = 64\ntolerance = 5e-5");
         let sampling = frame.report.sampling;
@@ -111,7 +111,7 @@ fn one_sample_is_the_ray_through_the_middle() {
     let data = noise(4);
     for tables in [DENSE.to_owned(), format!("{DENSE}{LIT}"), format!("{CLEAR}{DOME}")] {
         let [plain, one, several] =
-            ["", "samples = 1", "samples = 8"].map(|keys| data.draw(&scene(SIDE, keys, &tables), 2));
+            ["", "samples = 1", "samples = 8"].map(|keys| data.draw(&scene(SIDE, keys, &tables)));
         assert_eq!(bits(&plain), bits(&one));
         assert_eq!(plain.report.counts, one.report.counts);
         let sampling = one.report.sampling;
@@ -127,26 +127,8 @@ fn one_sample_is_the_ray_through_the_middle() {
 #[test]
 fn samples_are_the_same_on_any_threads_and_ranks() {
     let (noise, smooth) = (noise(4), smooth(4));
-    let all_bits = |frame: &Frame| {
-        let sampling: Vec<u32> = frame.sampling_error.iter().map(|error| error.to_bits()).collect();
-        (bits(frame), sampling)
-    };
     for (name, data, tables) in shown(&noise, &smooth) {
-        let scene = scene(SIDE, "samples = 12", &tables);
-        let expected = data.draw(&scene, 2);
-        for threads in [1, 8] {
-            let frame = data.draw(&scene, threads);
-            assert!(all_bits(&frame) == all_bits(&expected), "{name} on {threads} threads");
-        }
-        for ranks in [2, 5] {
-            let (frame, reports) = data.draw_on(&scene, ranks);
-            assert!(all_bits(&frame) == all_bits(&expected), "{name} on {ranks} ranks");
-            assert_eq!(frame.report.counts.rays, expected.report.counts.rays, "{name}");
-            for report in reports {
-                assert_eq!(report.sampling, expected.report.sampling, "{name}");
-                assert_eq!(report.edge_pixels, expected.report.edge_pixels, "{name}");
-            }
-        }
+        data.draw_anywhere(&scene(SIDE, "samples = 12", &tables), name);
     }
 }
 
@@ -158,7 +140,7 @@ fn fragments_have_samples_too() {
             let keys = format!("samples = 8\ntolerance = 1e-6\nprecision = \"f64\"\nranks = \"{ranks}\"");
             scene(SIDE, &keys, &tables)
         });
-        let (expected, (frame, reports)) = (data.draw(&whole, 2), data.draw_on(&pieces, 3));
+        let (expected, (frame, reports)) = (data.draw(&whole), data.draw_on(&pieces, 3));
         assert_eq!(count_beyond(&frame, &expected, 0.0), 0, "{name}");
         let rays = [&frame, &expected].map(|frame| frame.report.sampling.rays_per_pixel);
         assert!((rays[0] - rays[1]).abs() < 0.01 && rays[0] > 4.0, "{name}: {rays:?}");
@@ -169,9 +151,9 @@ fn fragments_have_samples_too() {
 #[test]
 fn samples_are_taken_where_a_budget_leaves_time() {
     let data = noise(3);
-    let hurried = data.draw(&scene(SIDE, "samples = 16\ntime_budget_ms = 1", DENSE), 2).report;
+    let hurried = data.draw(&scene(SIDE, "samples = 16\ntime_budget_ms = 1", DENSE)).report;
     assert!(hurried.sampling.rays_per_pixel <= 1.0, "{hurried:?}");
-    let patient = data.draw(&scene(SIDE, "samples = 16\ntime_budget_ms = 1e9", DENSE), 2).report;
+    let patient = data.draw(&scene(SIDE, "samples = 16\ntime_budget_ms = 1e9", DENSE)).report;
     assert!(patient.sampling.rays_per_pixel > 10.0 && patient.sampling.error.is_some(), "{patient:?}");
 }
 
@@ -179,10 +161,10 @@ fn samples_are_taken_where_a_budget_leaves_time() {
 fn pixels_that_are_not_traced_have_the_largest_error() {
     let (noise, smooth) = (noise(4), smooth(4));
     for (name, data, tables) in shown(&noise, &smooth).into_iter().filter(|(name, ..)| !name.starts_with("lit")) {
-        let whole = data.draw(&scene(100, "tolerance = 1e-6\nantialias = false", &tables), 2);
+        let whole = data.draw(&scene(100, "tolerance = 1e-6\nantialias = false", &tables));
         let mut hurried = scene(100, "samples = 16", &tables);
         hurried.time_budget_ms = Some(1e-3);
-        let frame = data.draw(&hurried, 2);
+        let frame = data.draw(&hurried);
         assert_eq!(frame.report.quality.pixel_step, 32, "{name}");
         assert_eq!(count_beyond(&frame, &whole, 0.0), 0, "{name}");
         // Beside the shell all is known.

@@ -5,6 +5,7 @@ use crate::common::{
 };
 use crate::culled::{Culled, Mark, Style, holes};
 use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Renderer, Savings, Scene, Shape};
+use itertools::iproduct;
 
 const NONE: Savings = Savings { ends: true, ..Savings::NONE };
 const LEAPS: Savings = Savings { empty_space: true, gradients: true, tiles: true, ..NONE };
@@ -48,17 +49,17 @@ impl Model {
     }
 }
 
+const HOLLOW: &str = "eye = [0.2, 0.1, -0.3]\ntarget = [0, 1, 1]\nfov = 80";
+const HEADLIGHT: &str = "|[light]\nkind = \"headlight\"";
+
 fn scenes() -> Vec<(String, Scene)> {
-    let mut scenes = Vec::new();
-    for (camera, camera_name) in [(FAR, "far"), (INSIDE, "inside")] {
-        for (transfer, transfer_name) in [(SHELL, "shell"), (STEPS, "steps"), (DENSE, "dense")] {
-            for rest in ["", "precision = \"f64\"", "core = \"transparent\"", "|[light]\nkind = \"headlight\""] {
-                let name = format!("{camera_name}, {transfer_name}, {rest:?}");
-                scenes.push((name, scene(camera, transfer, rest)));
-            }
-        }
-    }
-    scenes
+    let transfers = [(SHELL, "shell"), (STEPS, "steps"), (DENSE, "dense")];
+    let rests = ["", "precision = \"f64\"", "core = \"transparent\"", HEADLIGHT];
+    iproduct!([(FAR, "far"), (INSIDE, "inside")], transfers, rests)
+        .map(|((camera, place), (transfer, name), rest)| {
+            (format!("{place}, {name}, {rest:?}"), scene(camera, transfer, rest))
+        })
+        .collect()
 }
 
 /// Few layers and many, values missing or not, both orders of the array: every bit of pixels and errors, and fewer
@@ -85,32 +86,30 @@ fn leaps_change_no_bit() {
     const SPARSE: &str = "knots = [ { value = 0.85, color = \"red\", extinction = 0 }, \
          { value = 0.95, color = \"green\", extinction = 40 } ]";
     let packets = Savings { lanes: true, ..LEAPS };
+    let walks = Savings { empty_space: false, ..packets };
     let above = "lon = 200\nlat = -70\ndistance = 1.4\nfov = 70";
-    let in_core = "eye = [0.2, 0.1, -0.3]\ntarget = [0, 1, 1]\nfov = 80";
     for (layers, misses) in [(20, false), (90, true)] {
         let model = Model::new(layers, true, misses);
-        for camera in [FAR, INSIDE, above, in_core] {
-            let rests = ["core = \"transparent\"", "", "|[light]\nkind = \"headlight\""];
+        let rests = ["core = \"transparent\"", "", HEADLIGHT];
+        for (camera, rest, transfer) in iproduct!([FAR, INSIDE, above, HOLLOW], rests, [SPARSE, SHELL, STEPS]) {
             // An opaque core hides all from an eye inside.
-            for rest in rests.into_iter().take(if camera == in_core { 1 } else { 3 }) {
-                for transfer in [SPARSE, SHELL, STEPS] {
-                    let name = format!("{layers} layers, {camera}, {rest:?}, {transfer}");
-                    let scene = scene(camera, transfer, rest);
-                    let walks = Savings { empty_space: false, ..packets };
-                    let [walked, leapt] = [walks, packets].map(|savings| model.draw(&scene, savings));
-                    assert!(bits(&walked) == bits(&leapt), "{name}: other pixels or errors");
-                    let [all, passed] = [&walked, &leapt].map(|frame| frame.report.counts.columns);
-                    let is_sparse = transfer == SPARSE && camera == FAR && !misses;
-                    assert!(passed <= all && (!is_sparse || 4 * passed < 3 * all), "{name}: {passed} of {all}");
-                    assert_eq!(walked.report.counts.rays, leapt.report.counts.rays, "{name}");
-                }
+            if camera == HOLLOW && rest != rests[0] {
+                continue;
             }
+            let name = format!("{layers} layers, {camera}, {rest:?}, {transfer}");
+            let scene = scene(camera, transfer, rest);
+            let [walked, leapt] = [walks, packets].map(|savings| model.draw(&scene, savings));
+            assert!(bits(&walked) == bits(&leapt), "{name}: other pixels or errors");
+            let [all, passed] = [&walked, &leapt].map(|frame| frame.report.counts.columns);
+            let is_sparse = transfer == SPARSE && camera == FAR && !misses;
+            assert!(passed <= all && (!is_sparse || 4 * passed < 3 * all), "{name}: {passed} of {all}");
+            assert_eq!(walked.report.counts.rays, leapt.report.counts.rays, "{name}");
         }
     }
 }
 
-/// Rays leap over a hollow core, whatever shows in the shell, and over holes of the mesh: the same bits and frusta, with
-/// fewer columns.
+/// Rays leap over a hollow core, whatever shows in the shell, and over holes of the mesh: the same bits and frusta,
+/// with fewer columns.
 #[test]
 fn a_leap_over_a_hollow_core_changes_no_bit() {
     let model = Model::new(6, true, true);
@@ -124,21 +123,20 @@ fn a_leap_over_a_hollow_core_changes_no_bit() {
         renderer.render(scene, &grid, &model.layers, &at_centers(&values, 6)).unwrap()
     };
     let savings = Savings { lanes: true, ..LEAPS };
-    let in_core = "eye = [0.2, 0.1, -0.3]\ntarget = [0, 1, 1]\nfov = 80";
-    let beside = "|[light]\nkind = \"headlight\"\n[[surfaces]]\nlayer = 2\ncolor = \"white\"\nopacity = 0.2\n\
-        [[lines]]\npattern = \"graticule\"\nspacing = 10\nheight_m = -0.3";
-    for camera in [FAR, INSIDE, in_core] {
-        for rest in ["", "|[light]\nkind = \"headlight\"", beside] {
-            let scene = scene(camera, DENSE, &format!("core = \"transparent\"\n{rest}"));
-            let walks = Savings { empty_space: false, ..savings };
-            let whole = [walks, savings].map(|savings| model.draw(&scene, savings));
-            for [walked, leapt] in [whole, [walks, savings].map(|savings| with_holes(&scene, savings))] {
-                assert!(bits(&walked) == bits(&leapt), "{camera}, {rest}: other pixels or errors");
-                let [all, passed] = [&walked, &leapt].map(|frame| frame.report.counts);
-                assert_eq!((all.rays, all.frusta), (passed.rays, passed.frusta), "{camera}, {rest}");
-                let (few, many) = (passed.columns, all.columns);
-                assert!(few < many && (camera != FAR || 4 * few < 3 * many), "{camera}, {rest}: {few} of {many}");
-            }
+    let walks = Savings { empty_space: false, ..savings };
+    let beside = format!(
+        "{HEADLIGHT}\n[[surfaces]]\nlayer = 2\ncolor = \"white\"\nopacity = 0.2\n\
+         [[lines]]\npattern = \"graticule\"\nspacing = 10\nheight_m = -0.3"
+    );
+    for (camera, rest) in iproduct!([FAR, INSIDE, HOLLOW], ["", HEADLIGHT, &beside]) {
+        let scene = scene(camera, DENSE, &format!("core = \"transparent\"\n{rest}"));
+        let whole = [walks, savings].map(|savings| model.draw(&scene, savings));
+        for [walked, leapt] in [whole, [walks, savings].map(|savings| with_holes(&scene, savings))] {
+            assert!(bits(&walked) == bits(&leapt), "{camera}, {rest}: other pixels or errors");
+            let [all, passed] = [&walked, &leapt].map(|frame| frame.report.counts);
+            assert_eq!((all.rays, all.frusta), (passed.rays, passed.frusta), "{camera}, {rest}");
+            let (few, many) = (passed.columns, all.columns);
+            assert!(few < many && (camera != FAR || 4 * few < 3 * many), "{camera}, {rest}: {few} of {many}");
         }
     }
 }
@@ -158,20 +156,19 @@ const ABOVE: &str = "knots = [ { value = 0, color = \"blue\", extinction = 3 }, 
 /// A value that is exactly a knot's, where nothing but the knot is clear.
 #[test]
 fn constants_on_clear_knots_are_leapt_over() {
-    for (rest, transfer) in [(0.0, CLOUD), (0.3, ABOVE)] {
-        for is_level_fastest in [true, false] {
-            let model = clouds(rest, is_level_fastest);
-            for rest in ["", "precision = \"f64\"", "method = \"paper\"", "|[light]\nkind = \"headlight\""] {
-                let scene = scene(FAR, transfer, rest);
-                // Rays of packets are in f32, where the field's 0.3 is the knot's.
-                let lanes = transfer == ABOVE;
-                let [plain, leaping] = [NONE, LEAPS].map(|savings| model.draw(&scene, Savings { lanes, ..savings }));
-                assert!(bits(&plain) == bits(&leaping), "{transfer}, {rest:?}: other pixels or errors");
-                let [all, read] = [&plain, &leaping].map(|frame| frame.report.counts.frusta);
-                let is_knot = transfer == CLOUD || rest.is_empty() || rest.contains("light");
-                assert!(!is_knot || read < all / 2, "{transfer}, {rest:?}: {read} of {all}");
-                assert!(plain.pixels.iter().any(|p| p[0] > 0.1), "{transfer}, {rest:?}: nothing is seen");
-            }
+    let rests = ["", "precision = \"f64\"", "method = \"paper\"", HEADLIGHT];
+    for ((value, transfer), is_level_fastest) in iproduct!([(0.0, CLOUD), (0.3, ABOVE)], [true, false]) {
+        let model = clouds(value, is_level_fastest);
+        for rest in rests {
+            let scene = scene(FAR, transfer, rest);
+            // Rays of packets are in f32, where the field's 0.3 is the knot's.
+            let lanes = transfer == ABOVE;
+            let [plain, leaping] = [NONE, LEAPS].map(|savings| model.draw(&scene, Savings { lanes, ..savings }));
+            assert!(bits(&plain) == bits(&leaping), "{transfer}, {rest:?}: other pixels or errors");
+            let [all, read] = [&plain, &leaping].map(|frame| frame.report.counts.frusta);
+            let is_knot = transfer == CLOUD || rest.is_empty() || rest == HEADLIGHT;
+            assert!(!is_knot || read < all / 2, "{transfer}, {rest:?}: {read} of {all}");
+            assert!(plain.pixels.iter().any(|p| p[0] > 0.1), "{transfer}, {rest:?}: nothing is seen");
         }
     }
 }
@@ -186,20 +183,18 @@ fn rays_begin_where_something_is_seen() {
             let layer = if is_level_fastest { i % layers } else { i / cells };
             *value = if layer > layers / 3 { -3.0 } else { *value };
         }
-        for camera in [FAR, INSIDE] {
-            for rest in ["", "precision = \"f64\"", "core = \"#404040\"", "|[light]\nkind = \"headlight\""] {
-                let scene = scene(camera, SHELL, rest);
-                let begins = Savings { layers: true, ..LEAPS };
-                let [outer, upper] = [LEAPS, begins].map(|savings| model.draw(&scene, savings));
-                let off = difference(&outer, &upper);
-                // Rounding may decide whether a lit piece is cut, which changes a channel by less than its error.
-                let most = if rest.contains("light") { 5e-5 } else { 2e-6 };
-                assert!(off <= most, "{layers} layers, {rest:?}: {off:e}");
-                let [all, fewer] = [&outer, &upper].map(|frame| frame.report.counts);
-                assert!(fewer.columns < all.columns - all.columns / 20, "{rest:?}: {fewer:?} of {all:?}");
-                let saves = fewer.frusta <= all.frusta && fewer.rays <= all.rays;
-                assert!(saves, "{rest:?}: {fewer:?} of {all:?}");
-            }
+        let rests = ["", "precision = \"f64\"", "core = \"#404040\"", HEADLIGHT];
+        for (camera, rest) in iproduct!([FAR, INSIDE], rests) {
+            let scene = scene(camera, SHELL, rest);
+            let begins = Savings { layers: true, ..LEAPS };
+            let [outer, upper] = [LEAPS, begins].map(|savings| model.draw(&scene, savings));
+            let off = difference(&outer, &upper);
+            // Rounding may decide whether a lit piece is cut, which changes a channel by less than its error.
+            let most = if rest == HEADLIGHT { 5e-5 } else { 2e-6 };
+            assert!(off <= most, "{layers} layers, {rest:?}: {off:e}");
+            let [all, fewer] = [&outer, &upper].map(|frame| frame.report.counts);
+            assert!(fewer.columns < all.columns - all.columns / 20, "{rest:?}: {fewer:?} of {all:?}");
+            assert!(fewer.frusta <= all.frusta && fewer.rays <= all.rays, "{rest:?}: {fewer:?} of {all:?}");
         }
     }
 }
@@ -223,7 +218,7 @@ fn gradients_are_packed_within_the_tolerance() {
     let model = Model::new(20, true, true);
     let packs = Savings { packing: true, ..NONE };
     for (tolerance, is_packed) in [(1e-3, true), (1e-6, false)] {
-        let scene = scene(FAR, DENSE, &format!("tolerance = {tolerance:e}|[light]\nkind = \"headlight\""));
+        let scene = scene(FAR, DENSE, &format!("tolerance = {tolerance:e}{HEADLIGHT}"));
         let [whole, packed] = [NONE, packs].map(|savings| model.draw(&scene, savings));
         let [whole_bytes, bytes] = [&whole, &packed].map(|frame| frame.report.bytes_derived);
         assert_eq!(whole_bytes, 12 * model.values.len());
@@ -232,8 +227,6 @@ fn gradients_are_packed_within_the_tolerance() {
         assert!(off < 2e-5 && (off > 0.0) == is_packed, "{tolerance:e}: {off:e}");
     }
 }
-
-const HOLLOW: &str = "eye = [0.2, 0.1, 0]\ntarget = [0, 1, 0.5]\nfov = 60";
 
 /// Cameras far and near, in the shell and in the hollow core.
 const CAMERAS: [&str; 7] = [
@@ -249,29 +242,29 @@ const CAMERAS: [&str; 7] = [
 const DOME: &str = "[[isosurfaces]]\nfield = \"f\"\nvalue = 0.4\ncolor = \"crimson\"";
 
 /// Gradients over cells that no ray of a picture passes are those of another field, which are as long as can be: each
-/// picture and its errors have the bits that they have where all gradients are computed; of one view after another, too.
+/// picture and its errors have the bits that they have where all gradients are computed; of one view after another,
+/// too.
 #[test]
 fn gradients_beside_the_view_are_not_read() {
     let model = Model::new(20, true, true);
     let mut other = Model::new(20, true, false);
     other.values.iter_mut().enumerate().for_each(|(i, value)| *value = 1e33 * ((i * 7919) % 13) as f32 - 6e33);
-    let everywhere = "core = \"transparent\"\nprecision = \"PRECISION\"";
-    for (transfer, rest, light) in [
+    let field = model.field();
+    for (transfer, rest, tables) in [
         (DENSE, "core = \"transparent\"", LIT.to_owned()),
         (DENSE, "", LIT.to_owned()),
         (SHELL, "core = \"#404040\"\nantialias = false", LIT.to_owned()),
         (DENSE, "precision = \"f64\"", LIT.to_owned()),
         (SHELL, "", format!("{DOME}\n{LIT}")),
     ] {
-        let precision = if rest.contains("f64") { "f64" } else { "f32" };
-        let everywhere = everywhere.replace("PRECISION", precision);
         let renderer = Renderer::new(2).unwrap();
-        let of_all = scene(FAR, DENSE, &format!("{everywhere}|{light}"));
+        let scene = |camera, transfer, rest: &str| scene(camera, transfer, &format!("{rest}|{tables}"));
+        let precision = scene(FAR, transfer, rest).precision;
+        let of_all = Scene { precision, ..scene(FAR, DENSE, "core = \"transparent\"") };
         renderer.render(&of_all, &model.grid, &model.layers, &other.field()).unwrap();
-        let field = model.field();
         // A camera in the opaque core is refused.
         for camera in CAMERAS.into_iter().filter(|camera| rest.contains("transparent") || *camera != HOLLOW) {
-            let scene = scene(camera, transfer, &format!("{rest}|{light}"));
+            let scene = scene(camera, transfer, rest);
             let seen = renderer.render(&scene, &model.grid, &model.layers, &field).unwrap();
             let all = model.draw(&scene, Savings { gradients: false, ..Savings::ALL });
             assert!(bits(&seen) == bits(&all), "{camera}, {rest:?}: other pixels or errors");
@@ -286,8 +279,8 @@ fn cached_data_of_a_field_serve_matching_scenes() {
     let model = Model::new(20, true, true);
     let (field, renderer) = (model.field(), Renderer::new(2).unwrap());
     let mut scenes = scenes();
-    for rest in ["exaggeration = 2|[light]\nkind = \"headlight\"", "tolerance = 1e-6|[light]\nkind = \"headlight\""] {
-        scenes.push((rest.into(), scene(FAR, SHELL, rest)));
+    for key in ["exaggeration = 2", "tolerance = 1e-6"] {
+        scenes.push((key.into(), scene(FAR, SHELL, &format!("{key}{HEADLIGHT}"))));
     }
     for (name, scene) in scenes.iter().chain(scenes.iter().rev()) {
         let frame = renderer.render(scene, &model.grid, &model.layers, &field).unwrap();
@@ -304,7 +297,7 @@ fn cached_data_of_a_field_serve_matching_scenes() {
 fn packets_differ_by_less_than_errors() {
     let model = Model::new(40, true, true);
     let strict = |tolerance: &str| {
-        let rest = format!("tolerance = {tolerance}|[light]\nkind = \"headlight\"");
+        let rest = format!("tolerance = {tolerance}{HEADLIGHT}");
         (format!("dense, lit, {tolerance}"), scene(FAR, DENSE, &rest))
     };
     for (name, scene) in scenes().into_iter().chain(["1e-2", "1e-4", "1e-5"].map(strict)) {
@@ -323,7 +316,7 @@ fn packets_differ_by_less_than_errors() {
 fn light_below_the_last_digit_is_not_cut_without_end() {
     let model = Model::new(20, true, false);
     let at = |tolerance: &str| {
-        let rest = format!("tolerance = {tolerance}|[light]\nkind = \"headlight\"");
+        let rest = format!("tolerance = {tolerance}{HEADLIGHT}");
         model.draw(&scene(FAR, DENSE, &rest), Savings::ALL)
     };
     let [usual, strict] = ["1e-4", "1e-7"].map(at);
@@ -362,9 +355,7 @@ fn a_surface_costs_the_same_below_any_number_of_layers() {
         let frames =
             [Savings::NONE, Savings::ALL].map(|savings| model.draw(&scene, Savings { lanes: true, ..savings }));
         let [walked, leapt] = &frames;
-        let far = walked.pixels.iter().zip(&leapt.pixels).zip(walked.error.iter().zip(&leapt.error));
-        let beyond = far.filter(|((a, b), (e, f))| (0..4).any(|k| (a[k] - b[k]).abs() > *e + *f)).count();
-        assert_eq!(beyond, 0, "{layers} layers");
+        assert_eq!(count_beyond(walked, leapt, 0.0), 0, "{layers} layers");
         frames.map(|frame| [frame.report.counts.frusta, frame.report.counts.columns])
     };
     let [[few_read, few_walked], [few, few_columns]] = costs(10);

@@ -2,10 +2,10 @@
 //! definition.
 
 use glam::{DMat3, DVec3};
-use icoray::{Heights, Savings, Scene};
+use icoray::{Heights, Scene};
 
-use crate::common::{count_beyond, rays};
-use crate::native::{EXAGGERATION, Model};
+use crate::common::{LIT, Model, count_beyond, over_columns, rays};
+use crate::packets::{EARTH_M, EXAGGERATION, TOP, scene, waves};
 
 const LAYERS: usize = 6;
 
@@ -21,10 +21,10 @@ impl Model {
         }
         let alpha = alpha(*hint).max(DVec3::ZERO).to_array();
         let cells = self.grid.triangle(*hint as u32).map(|cell| cell as usize);
-        let radius = |k: usize, layer: usize| 1.0 + EXAGGERATION * self.heights[cells[k] * LAYERS + layer];
+        let radius = |k: usize, layer: usize| 1.0 + EXAGGERATION * self.heights[cells[k] * LAYERS + layer] / EARTH_M;
         let psi = |layer: usize| (0..3).map(|k| alpha[k] / radius(k, layer)).sum::<f64>();
         let on = |layer: usize| {
-            let value = |k: usize| f64::from(self.values[cells[k] * LAYERS + layer]);
+            let value = |k: usize| f64::from(self.values[0][cells[k] * LAYERS + layer]);
             (0..3).map(|k| alpha[k] / radius(k, layer) * value(k)).sum::<f64>() / psi(layer)
         };
         if psi(0) < 1.0 {
@@ -40,23 +40,19 @@ impl Model {
     }
 }
 
-fn scene(size: u32, more: &str) -> Scene {
-    let mut scene = Scene::parse(&format!(
-        "field = \"f\"\nantialias = false\nbackend = \"cpu\"\nbackground = \"transparent\"\nexaggeration = {EXAGGERATION}\ntolerance = 1e-4\n{more}\n\
-         [image]\nwidth = {size}\nheight = {size}\n[camera]\nlon = 20\nlat = 35\ndistance = 3.4\nfov = 45\n\
-         [transfer]\nmap = \"viridis\"\nrange = [-1.2, 1.2]\n\
-         opacity = [[-1.2, 0.9], [-0.4, 0.6], [0.0, 0.0], [0.3, 0.0], [0.5, 0.8]]\n"
-    ))
-    .unwrap();
-    scene.scenery.heights = Heights::Native;
-    scene
+/// A square picture from afar.
+fn square(side: u32, keys: &str, light: &str) -> Scene {
+    let contents = "[[volumes]]\nfield = \"f\"\ntransfer = { map = \"viridis\", range = [-0.6, 0.6], \
+        opacity = [[-0.6, 0.9], [-0.2, 0.6], [0.0, 0.0], [0.15, 0.0], [0.25, 0.8]] }\n";
+    let camera = "lon = 20\nlat = 35\ndistance = 3.4\nfov = 45";
+    Scene { width: side, height: side, ..scene(contents, &format!("tolerance = 1e-4\n{keys}"), camera, light) }
 }
 
 #[test]
 fn mountains_and_the_layers_above_match_single_points() {
-    let terrain = Model::new(2, LAYERS, LAYERS);
-    let scene = scene(20, "core = \"#405060\"");
-    let frame = terrain.draw(&scene, Savings::ALL);
+    let terrain = waves(2, LAYERS);
+    let scene = square(20, "core = \"#405060\"", "");
+    let frame = terrain.draw(&scene);
     let grid = &terrain.grid;
     let inverses: Vec<DMat3> = (0..grid.triangles() as u32)
         .map(|triangle| {
@@ -64,7 +60,7 @@ fn mountains_and_the_layers_above_match_single_points() {
             DMat3::from_cols(a, b, c).inverse()
         })
         .collect();
-    let unit = scene.volumes[0].transfer.unit_length.unwrap_or(EXAGGERATION * 3e-3);
+    let unit = scene.volumes[0].transfer.unit_length.unwrap_or(EXAGGERATION * TOP / EARTH_M);
     let mut off = Vec::new();
     for ((eye, dir), pixel) in rays(&scene).zip(&frame.pixels) {
         let (mut color, mut through, mut hint) = ([0.0; 3], 1.0f64, 0);
@@ -99,10 +95,10 @@ fn mountains_and_the_layers_above_match_single_points() {
 
 #[test]
 fn steep_ground_has_no_cracks() {
-    let terrain = Model::new(4, LAYERS, LAYERS);
-    for more in ["core = \"#ffffff\"", "core = \"#ffffff\"\n[light]\nkind = \"headlight\""] {
-        let scene = scene(240, more);
-        let frame = terrain.draw(&scene, Savings::ALL);
+    let terrain = waves(4, LAYERS);
+    for light in ["", LIT] {
+        let scene = square(240, "core = \"#ffffff\"", light);
+        let frame = terrain.draw(&scene);
         let mut within = 0;
         for (i, ((eye, dir), pixel)) in rays(&scene).zip(&frame.pixels).enumerate() {
             let nearest = (eye - eye.dot(dir) * dir).length();
@@ -119,19 +115,17 @@ fn steep_ground_has_no_cracks() {
 
 #[test]
 fn equal_heights_are_concentric_layers() {
-    let mut terrain = Model::new(3, LAYERS, LAYERS);
-    for (i, height) in terrain.heights.iter_mut().enumerate() {
-        *height = 1e-3 + 3e-3 * (i % LAYERS) as f64 / (LAYERS - 1) as f64;
-    }
-    for more in ["precision = \"f64\"", "precision = \"f64\"\n[light]\nkind = \"headlight\""] {
-        let native = scene(64, more);
+    let mut terrain = waves(3, LAYERS);
+    terrain.heights = over_columns(terrain.grid.cells(), LAYERS, |_, layer| TOP * layer as f64 / (LAYERS - 1) as f64);
+    for light in ["", LIT] {
+        let native = square(64, "precision = \"f64\"", light);
         let mut mean = native.clone();
         mean.scenery.heights = Heights::Mean;
-        let (a, b) = (terrain.draw(&native, Savings::ALL), terrain.draw(&mean, Savings::ALL));
+        let (a, b) = (terrain.draw(&native), terrain.draw(&mean));
         // Normals of the ground are means of facets', which are not quite round.
         let slack = if native.lighting.is_some() { 5e-4 } else { 1e-5 };
         let wrong = count_beyond(&a, &b, slack);
         let few = if native.lighting.is_some() { 5 } else { 0 };
-        assert!(wrong <= few, "{more}: {wrong} pixels");
+        assert!(wrong <= few, "{light}: {wrong} pixels");
     }
 }

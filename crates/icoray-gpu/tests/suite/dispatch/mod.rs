@@ -3,11 +3,12 @@
 use icoray::device::Span;
 use icoray_gpu::instance;
 use icoray_gpu::layout::Params;
-use icoray_gpu::shader::expand;
+use icoray_gpu::shader::{Contents, expand};
 use icoray_kernel::piece::Radiance;
 use icoray_kernel::segment::Segment;
 use icoray_test_support::{Need, skip_because};
 use wgpu::BufferUsages as Usage;
+use wgpu::util::DeviceExt as _;
 
 /// The difference of two numbers in ulps of f32 at the largest magnitude of `a`, `b` and `size`.
 pub fn ulps(a: f32, b: f32, size: f32) -> f64 {
@@ -24,6 +25,11 @@ pub fn segment([f0, f1, kappa, eps, length]: [f32; 5]) -> Segment<f32> {
 pub fn numbers_of(light: Radiance<f32>) -> [f32; 7] {
     let Radiance { color: [r, g, b], alpha, error, variance, shade_variance } = light;
     [r, g, b, alpha, error, variance, shade_variance]
+}
+
+/// The numbers that [`SPAN_AT`] reads.
+pub fn numbers_of_span(span: &Span) -> [f32; 3] {
+    [span.extinction, span.extinction_slope, span.color_slope[0]]
 }
 
 /// WGSL that reads a segment from `inputs`: f0, f1, kappa, eps, length.
@@ -78,24 +84,31 @@ impl Device {
         Some(Device { device, queue })
     }
 
-    /// Runs `body` for each row `i` of `width` numbers in `inputs`. It ends with `let all = array<f32, RESULTS>(…);`,
-    /// and the `results` numbers of each row are returned.
-    pub fn run(&self, text: &str, body: &str, inputs: &[f32], width: usize, results: usize) -> Vec<f32> {
-        self.run_beside(text, body, inputs, [width, results], &[], (Params::default(), &[]))
-    }
-
-    /// [`Self::run`], with override constants, parameters and the contents of other bindings of group 0.
-    pub fn run_beside(
+    /// Runs `body` for each case, whose row `i` of `inputs` has these numbers. It ends with
+    /// `let all = array<f32, N>(…);`, and these results are returned with the case.
+    pub fn run<C, const N: usize>(
         &self,
         text: &str,
         body: &str,
-        inputs: &[f32],
-        [width, results]: [usize; 2],
+        cases: Vec<C>,
+        numbers: impl Fn(&C) -> Vec<f32>,
+    ) -> Vec<(C, [f32; N])> {
+        self.run_beside(text, body, cases, numbers, &[], (Params::default(), &[]))
+    }
+
+    /// [`Self::run`], with override constants, parameters and the contents of other bindings of group 0.
+    pub fn run_beside<C, const N: usize>(
+        &self,
+        text: &str,
+        body: &str,
+        cases: Vec<C>,
+        numbers: impl Fn(&C) -> Vec<f32>,
         constants: &[(&str, f64)],
         (params, others): (Params, &[(u32, &[u8])]),
-    ) -> Vec<f32> {
-        let rows = inputs.len() / width;
-        let source = expand(&format!(
+    ) -> Vec<(C, [f32; N])> {
+        let inputs: Vec<f32> = cases.iter().flat_map(numbers).collect();
+        let rows = cases.len();
+        let text = format!(
             "#import params\n{text}
             @group(1) @binding(0) var<storage, read> inputs: array<f32>;
             @group(1) @binding(1) var<storage, read_write> outputs: array<f32>;
@@ -104,9 +117,10 @@ impl Device {
             if i >= ({rows}u ^ params.zero) {{ return; }}
             {body}
             var row = all;
-            for (var k = 0u; k < {results}u; k++) {{ outputs[{results}u * i + k] = row[k]; }}
+            for (var k = 0u; k < {N}u; k++) {{ outputs[{N}u * i + k] = row[k]; }}
             }}"
-        ));
+        );
+        let source = expand(&text, Contents::default(), 1);
         let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: None,
             source: wgpu::ShaderSource::Wgsl(source.into()),
@@ -119,32 +133,25 @@ impl Device {
             compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
             cache: None,
         });
-        let buffer = |bytes: usize, usage| {
-            self.device.create_buffer(&wgpu::BufferDescriptor {
-                label: None,
-                size: bytes as u64,
-                usage,
-                mapped_at_creation: false,
-            })
+        let filled = |contents: &[u8], usage| {
+            self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
         };
-        let uniform = buffer(size_of::<Params>(), Usage::UNIFORM | Usage::COPY_DST);
-        self.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&params));
-        let upload = |(binding, bytes): &(u32, &[u8])| {
-            let target = buffer(bytes.len(), Usage::STORAGE | Usage::COPY_DST);
-            self.queue.write_buffer(&target, 0, bytes);
-            (*binding, target)
+        let mut shared = vec![(0, filled(bytemuck::bytes_of(&params), Usage::UNIFORM))];
+        shared.extend(others.iter().map(|(binding, bytes)| (*binding, filled(bytes, Usage::STORAGE))));
+        let read = filled(bytemuck::cast_slice(&inputs), Usage::STORAGE);
+        let size = (4 * N * rows) as u64;
+        let empty = |usage| {
+            let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false };
+            self.device.create_buffer(&descriptor)
         };
-        let mut shared = vec![(0, uniform)];
-        shared.extend(others.iter().map(upload));
-        let read = buffer(size_of_val(inputs), Usage::STORAGE | Usage::COPY_DST);
-        self.queue.write_buffer(&read, 0, bytemuck::cast_slice(inputs));
-        let written = buffer(4 * results * rows, Usage::STORAGE | Usage::COPY_SRC);
-        let back = buffer(4 * results * rows, Usage::MAP_READ | Usage::COPY_DST);
+        let written = empty(Usage::STORAGE | Usage::COPY_SRC);
+        let back = empty(Usage::MAP_READ | Usage::COPY_DST);
         let group = |index, buffers: &[(u32, wgpu::Buffer)]| {
-            fn entry((binding, buffer): &(u32, wgpu::Buffer)) -> wgpu::BindGroupEntry<'_> {
-                wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() }
-            }
-            let entries: Vec<_> = buffers.iter().map(entry).collect();
+            let entries = buffers.iter().map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding: *binding,
+                resource: buffer.as_entire_binding(),
+            });
+            let entries: Vec<_> = entries.collect();
             self.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: None,
                 layout: &pipeline.get_bind_group_layout(index),
@@ -160,10 +167,12 @@ impl Device {
         }
         pass.dispatch_workgroups(rows.div_ceil(64) as u32, 1, 1);
         drop(pass);
-        encoder.copy_buffer_to_buffer(&written, 0, &back, 0, (4 * results * rows) as u64);
+        encoder.copy_buffer_to_buffer(&written, 0, &back, 0, size);
         self.queue.submit([encoder.finish()]);
         back.map_async(wgpu::MapMode::Read, .., |mapped| mapped.unwrap());
         self.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        bytemuck::cast_slice(&back.get_mapped_range(..).unwrap()).to_vec()
+        let view = back.get_mapped_range(..).unwrap();
+        let results = bytemuck::cast_slice::<u8, f32>(&view).chunks_exact(N).map(|row| row.try_into().unwrap());
+        cases.into_iter().zip(results).collect()
     }
 }

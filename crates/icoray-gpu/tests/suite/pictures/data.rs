@@ -4,6 +4,7 @@
 use super::common::*;
 use icoray::{Field, Frame, Grid, Layers, Location, Renderer, Scene, Shape};
 use icoray_gpu::{Gpu, MemoryLimits};
+use itertools::iproduct;
 use std::sync::{Arc, Mutex};
 
 /// A renderer on a device with less memory.
@@ -51,69 +52,44 @@ fn planet(level: u32, layers: usize) -> (Grid<'static>, Layers) {
     (icosahedral(level).1, Layers::from_heights(&heights, EARTH_M).unwrap())
 }
 
-/// Up to nine pages of 256 KiB, in which the grid's tables just fit.
+/// Up to nine pages of 256 KiB, in which the grid's tables just fit, with pages of gradients beside them; and several
+/// passes, which are reported.
 #[test]
-fn pages_do_not_show() {
+fn pages_and_passes_do_not_show() {
     let Some(gpu) = gpu() else { return };
     let (whole, paged) = (renderer(&gpu), limited(Some(256 << 10), None));
-    let (grid, layers) = planet(5, 52);
-    let values = Values::new(grid.cells(), 52, |c, l| wave(grid.direction(c as u32), l, 52) as f32);
-    for (i, field) in values.fields().iter().enumerate() {
-        for rest in CORES {
-            for where_ in [FAR, INSIDE, CLOSE] {
-                let scene = scene(where_, SMOOTH, rest);
-                let one = whole.render(&scene, &grid, &layers, field).unwrap();
-                let other = paged.render(&scene, &grid, &layers, field).unwrap();
-                assert_same(&one, &other, &format!("field {i}, {rest}, {where_}"));
-                assert_eq!(unread(&one), None);
-                // The core hides columns from afar, and a close view has columns outside the picture.
-                if rest == CORES[0] && where_ == FAR || where_ == CLOSE {
-                    let (unread, all) = unread(&other).unwrap();
-                    assert_eq!(all, 4 * 52 * grid.cells() as u64);
-                    assert!(unread > all / 3 && unread < all, "{unread} of {all}");
-                }
+    let light = "[light]\nkind = \"headlight\"\nambient = 0.3\ndiffuse = 0.6\nspecular = 0.3";
+    for (lamp, count, limit, cameras) in
+        [("", 52, 500 << 10, [FAR, INSIDE, CLOSE].as_slice()), (light, 20, 2 << 20, &[FAR])]
+    {
+        let (grid, layers) = planet(5, count);
+        let all = (4 * count * grid.cells()) as u64;
+        let values = Values::new(grid.cells(), count, |c, l| wave(grid.direction(c as u32), l, count) as f32);
+        let in_passes = limited(None, Some(limit));
+        for (field, rest, where_) in iproduct!(&values.fields(), CORES, cameras) {
+            let scene = scene(where_, &format!("{SMOOTH}\n{lamp}"), rest);
+            let [one, pages, passes] =
+                [&whole, &paged, &in_passes].map(|of| of.render(&scene, &grid, &layers, field).unwrap());
+            let name = format!("{:?}, {lamp:?}, {rest}, {where_}", field.shape());
+            assert_same(&one, &pages, &name);
+            assert_same(&one, &passes, &name);
+            assert_eq!(unread(&one), None);
+            // The core hides columns from afar, and a close view has columns outside the picture.
+            if rest == CORES[0] && *where_ == FAR || *where_ == CLOSE {
+                let (unread, of) = unread(&pages).unwrap();
+                assert!(of == all && unread > all / 3 && unread < all, "{name}: {unread} of {of}");
             }
-        }
-    }
-}
-
-/// Gradients have pages of their own.
-#[test]
-fn pages_of_gradients_do_not_show() {
-    let Some(gpu) = gpu() else { return };
-    let (paged, in_passes) = (limited(Some(256 << 10), None), limited(None, Some(2 << 20)));
-    let (grid, layers) = planet(5, 20);
-    let values = Values::new(grid.cells(), 20, |c, l| wave(grid.direction(c as u32), l, 20) as f32);
-    let transfer = format!("{SMOOTH}\n[light]\nkind = \"headlight\"\nambient = 0.3\ndiffuse = 0.6\nspecular = 0.3");
-    for (field, rest) in values.fields().iter().zip(CORES) {
-        let scene = scene(FAR, &transfer, rest);
-        let one = renderer(&gpu).render(&scene, &grid, &layers, field).unwrap();
-        for other in [&paged, &in_passes] {
-            assert_same(&one, &other.render(&scene, &grid, &layers, field).unwrap(), rest);
-        }
-    }
-}
-
-#[test]
-fn passes_do_not_show_and_are_reported() {
-    let Some(gpu) = gpu() else { return };
-    let (grid, layers) = planet(4, 20);
-    let values = Values::new(grid.cells(), 20, |c, l| wave(grid.direction(c as u32), l, 20) as f32);
-    let all = 4 * 20 * grid.cells() as u64;
-    let in_passes = limited(None, Some(all / 4));
-    for (i, field) in values.fields().iter().enumerate() {
-        for rest in CORES {
-            let scene = scene(FAR, SMOOTH, rest);
-            let one = renderer(&gpu).render(&scene, &grid, &layers, field).unwrap();
-            assert!(!one.report.device.name.as_ref().unwrap().contains("passes"));
-            let other = in_passes.render(&scene, &grid, &layers, field).unwrap();
-            assert_same(&one, &other, &format!("field {i}, {rest}"));
-            let device = other.report.device.name.unwrap();
-            assert!(device.contains("passes") && device.contains("exceed its memory"), "{device}");
+            let [device, in_passes] = [one, passes].map(|frame| frame.report.device.name.unwrap());
+            assert!(!device.contains("passes"), "{device}");
+            let is_told = in_passes.contains("passes") && in_passes.contains("exceed its memory");
+            assert!(is_told || *where_ != FAR || !lamp.is_empty(), "{name}: {in_passes}");
         }
     }
     // Less memory than a single tile needs.
-    let frame = limited(None, Some(all / 1000)).render(&scene(FAR, SMOOTH, ""), &grid, &layers, &values.fields()[0]);
+    let (grid, layers) = planet(4, 20);
+    let values = vec![0.5f32; 20 * grid.cells()];
+    let small = limited(None, Some(200));
+    let frame = small.render(&scene(FAR, SMOOTH, ""), &grid, &layers, &at_centers(&values, 20));
     let reason = frame.unwrap().report.device.left_to_cpu.unwrap();
     assert!(reason.contains("bytes of the field, expected at most"), "{reason}");
 }

@@ -1,38 +1,32 @@
 //! Spheres distributed over ranks, some of which trace on the GPU: the composed picture is that of the whole sphere.
 
 use super::common::*;
-use super::lines::{CELLS, ON_CORE};
-use super::scenes::{ISOSURFACES, TwoFields};
-use super::{native, volumes};
+use super::scenes::{CELLS, ISOSURFACES, LINES, NATIVE, ON_CORE, heights};
+use super::volumes;
 use crate::common::{columns_of, picture};
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Spread, partitions, without_holes};
 use icoray::{
-    Counts, DistributedGrid, Field, Fields, Frame, FrameReport, IcosahedralMesh, Layers, Location, Scene, Shape,
+    Counts, DistributedGrid, Field, Fields, Frame, FrameReport, IcosahedralMesh, Layers, Location, Scene, Scenery,
+    Shape,
 };
 use icoray_gpu::{Gpu, MemoryLimits};
 use std::sync::Arc;
 
-const SUN: &str = "[light]\nkind = \"sun\"\nlon = 75\nlat = 40\nspecular = 0.5";
 const CORE: &str = "exaggeration = 60\ncore = \"gray\"\ntolerance = 1e-6";
 const HOLLOW: &str = "exaggeration = 60\ncore = \"transparent\"\nbackground = \"white\"\ntolerance = 1e-6";
 
-fn layers(count: usize) -> Layers {
-    let heights: Vec<f64> = (0..count).map(|k| 20e3 * k as f64 / (count - 1) as f64).collect();
-    Layers::from_heights(&heights, EARTH_M).unwrap()
-}
-
-/// Draws a scene of a mesh distributed over ranks, with the values of [`fields`], one after the other. The ranks of `has_gpu` trace on
-/// the GPU.
+/// Draws a scene of a mesh distributed over ranks, with the values of [`fields`], one after the other. The ranks of
+/// `has_gpu` trace on the GPU.
 fn draw(
     gpu: &Arc<Gpu>,
     spread: &Spread,
     mesh: &IcosahedralMesh,
     scene: &Scene,
-    (values, count): (&[f32], usize),
+    (values, layers): (&[f32], &Layers),
     has_gpu: impl Fn(usize) -> bool + Sync,
 ) -> (Frame, Vec<FrameReport>) {
-    let layers = layers(count);
+    let count = layers.count();
     picture(spread.each(|ranks, culled, grid, decomposition| {
         let cells = culled.cells.len();
         // Ranks also differ in the layout of their arrays.
@@ -45,7 +39,7 @@ fn draw(
         });
         let here: Vec<_> = here.collect();
         let renderer = if has_gpu(ranks.rank()) { renderer(gpu) } else { cpu(1) };
-        let data = DistributedGrid { grid, decomposition: Some(&decomposition.unwrap()), layers: &layers };
+        let data = DistributedGrid { grid, decomposition: Some(&decomposition.unwrap()), layers };
         renderer.render_decomposed(ranks, scene, data, fields(&here)).unwrap()
     }))
 }
@@ -59,126 +53,84 @@ fn fields(all: &[(Shape, Vec<f32>)]) -> Fields<'_> {
 }
 
 /// The CPU's picture of the whole mesh, culled to the cells that stay.
-fn whole(mesh: &IcosahedralMesh, stays: &[bool], scene: &Scene, (values, count): (&[f32], usize)) -> Frame {
-    let layers = layers(count);
+fn whole(mesh: &IcosahedralMesh, stays: &[bool], scene: &Scene, (values, layers): (&[f32], &Layers)) -> Frame {
+    let count = layers.count();
     let culled = Culled::new(mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
     let shape = Shape::level_fastest(culled.cells.len(), count);
     let here = values.chunks_exact(mesh.cells() * count);
     let here: Vec<_> = here.map(|values| (shape, columns_of(values, &culled.cells, count))).collect();
-    cpu(1).render(scene, &culled.grid(), &layers, fields(&here)).unwrap()
+    cpu(1).render(scene, &culled.grid(), layers, fields(&here)).unwrap()
 }
 
 /// Compares the picture of the ranks with that of the whole, and checks which ranks report a device.
-fn check(name: &str, (frame, reports): &(Frame, Vec<FrameReport>), expected: &Frame, has_gpu: impl Fn(usize) -> bool) {
+fn check(
+    name: &str,
+    (frame, reports): &(Frame, Vec<FrameReport>),
+    expected: &Frame,
+    most: [f64; 2],
+    has_gpu: impl Fn(usize) -> bool,
+) {
     let (rmse, max) = apart(frame, expected);
     println!("{name}: rmse {rmse:.1e}, max {max:.1e}, {:?}", frame.report.counts);
-    check_devices(name, reports, has_gpu);
-    assert!(rmse <= RMSE && max <= MAX, "{name}: rmse {rmse:e}, max {max:e}");
-    assert_eq!(frame.report.counts.rays, expected.report.counts.rays, "{name}");
-    assert_eq!(count_beyond(frame, expected, 0.0), 0, "{name}: pixels beyond their errors");
-}
-
-fn check_devices(name: &str, reports: &[FrameReport], has_gpu: impl Fn(usize) -> bool) {
     for (rank, report) in reports.iter().enumerate() {
         assert_eq!(report.device.left_to_cpu, None, "{name}, rank {rank}");
         assert_eq!(report.device.name.is_some(), has_gpu(rank), "{name}, rank {rank}");
     }
+    assert!(rmse <= most[0] && max <= most[1], "{name}: rmse {rmse:e}, max {max:e}");
+    assert_eq!(frame.report.counts.rays, expected.report.counts.rays, "{name}");
+    assert_eq!(count_beyond(frame, expected, 0.0), 0, "{name}: pixels beyond their errors");
 }
 
+/// One volume; and several, surfaces, isosurfaces, cuts, lines and native heights; on whole spheres and beside holes,
+/// which are holes of the parts.
 #[test]
 fn parts_make_the_picture_of_the_whole() {
     let Some(gpu) = gpu() else { return };
-    let sphere = Sphere::new(4, &THICK_M);
-    let mesh = sphere.tables;
-    let values = (sphere.values.as_slice(), THICK_M.len());
-    let stays = vec![true; mesh.cells()];
-    let scenes = [
+    let sphere = sphere(4, &THICK_M);
+    let mesh = sphere.mesh;
+    let heights: Vec<f32> = heights(&sphere).into_iter().map(|height| height as f32).collect();
+    let values = [&sphere.values[0][..], &sphere.values[1], &heights].concat();
+    let values = (values.as_slice(), &sphere.layers);
+    let (all, holes) = (vec![true; mesh.cells()], holes(mesh));
+    let lakes = &holes[2].1;
+    let loose = |rest: &str| rest.replace("1e-6", "1e-4");
+    let with = |camera, text: &str, rest| scene(camera, &format!("{SMOOTH}\n{text}"), rest);
+    let plain = [
         ("core", scene(FAR, RAMP, CORE)),
-        ("hollow", scene(FAR, SMOOTH, HOLLOW)),
         ("inside", scene(INSIDE, SMOOTH, HOLLOW)),
+        ("sun", scene(FAR, &format!("{SMOOTH}\n{SUN}"), &loose(CORE))),
+        ("hollow", scene(FAR, SMOOTH, HOLLOW)),
         ("steps", scene(RADIAL, STEPS, CORE)),
         ("dense", scene(FAR, DENSE, CORE)),
-        ("headlight", scene(FAR, &format!("{RAMP}\n{LIT}"), &CORE.replace("1e-6", "1e-4"))),
-        ("sun", scene(INSIDE, &format!("{SMOOTH}\n{SUN}"), &HOLLOW.replace("1e-6", "1e-4"))),
+        ("headlight", scene(FAR, &format!("{RAMP}\n{LIT}"), &loose(CORE))),
+        ("sun, inside", scene(INSIDE, &format!("{SMOOTH}\n{SUN}"), &loose(HOLLOW))),
     ];
-    for (i, (name, scene)) in scenes.iter().enumerate() {
-        let expected = whole(mesh, &stays, scene, values);
+    let scenes = [
+        ("lines, lit", with(FAR, &format!("{LINES}{SUN}"), CORES[0]), lakes),
+        ("native heights, lit", with(FAR, &format!("{}\n{LIT}", ISOSURFACES[3].1), NATIVE), &all),
+        ("two volumes", scene_of(FAR, &volumes::contents("two"), CORES[0]), &all),
+        ("isosurfaces, cut", with(INSIDE, ISOSURFACES[5].1, CORES[1]), lakes),
+        ("cells, a lake", with(FAR, &format!("{CELLS}{ON_CORE}"), CORES[0]), lakes),
+    ];
+    let of_plain = plain.iter().flat_map(|(name, scene)| (0..4).map(move |k| (*name, scene, k)));
+    let cases = of_plain.map(|(name, scene, k)| (name, scene, &all, k));
+    let of_scenes = scenes.iter().zip([0, 1, 2, 0, 1]).map(|((name, scene, stays), k)| (*name, scene, *stays, k));
+    let of_holes = holes.iter().enumerate().map(|(i, (hole, stays))| (*hole, &plain[i % 3].1, stays, i % 3));
+    for (i, (name, scene, stays, k)) in cases.chain(of_scenes).chain(of_holes).enumerate() {
         let ranks = 2 + i % 3;
-        for (k, (partition, owner)) in partitions(mesh, ranks).iter().enumerate() {
-            let spread = Spread::new(mesh, ranks, owner);
-            // Every second time, only every second rank has a GPU.
-            let has_gpu = |rank: usize| (i + k) % 2 == 0 || rank % 2 == k / 2;
-            let drawn = draw(&gpu, &spread, mesh, scene, values, has_gpu);
-            check(&format!("{name}, {partition} on {ranks} ranks"), &drawn, &expected, has_gpu);
-        }
-    }
-}
-
-/// Several volumes, surfaces, isosurfaces, cuts, lines and native heights, over ranks and beside holes.
-#[test]
-fn parts_of_scenes_make_the_picture_of_the_whole() {
-    let Some(gpu) = gpu() else { return };
-    let TwoFields { sphere, second } = TwoFields::new(4, &THICK_M);
-    let mesh = sphere.tables;
-    let heights = native::heights(&sphere).into_iter().map(|height| height as f32).collect();
-    let values = [sphere.values.clone(), second, heights].concat();
-    let values = (values.as_slice(), THICK_M.len());
-    let (_, lakes) = holes(mesh).into_iter().find(|(hole, _)| *hole == "continents with a lake").unwrap();
-    let all = vec![true; mesh.cells()];
-    for (i, (what, text, stays, camera)) in [
-        ("lines, lit", format!("{}{SUN}", native::LINES), &lakes, FAR),
-        ("native heights, lit", format!("{}\n{LIT}", ISOSURFACES[3].1), &all, FAR),
-        ("two volumes", volumes::contents("two"), &all, FAR),
-        ("isosurfaces, cut", ISOSURFACES[5].1.to_owned(), &lakes, INSIDE),
-        ("cells, a lake", format!("{CELLS}{ON_CORE}"), &lakes, FAR),
-    ]
-    .into_iter()
-    .enumerate()
-    {
-        let rest = if what.starts_with("native") { native::NATIVE } else { CORES[i % 2] };
-        let scene = match text.contains("[[volumes]]") {
-            true => volumes::scene_of(camera, &[&text], rest, ""),
-            false => scene(camera, &format!("{SMOOTH}\n{text}"), rest),
-        };
-        let expected = whole(mesh, stays, &scene, values);
-        let ranks = 2 + i % 3;
-        let (partition, owner) = partitions(mesh, ranks).swap_remove(i % 3);
+        let (partition, owner) = partitions(mesh, ranks).swap_remove(k);
         let spread = Spread::new(mesh, ranks, &without_holes(owner, stays));
-        let has_gpu = |rank: usize| i != 1 || rank > 0;
-        let drawn = draw(&gpu, &spread, mesh, &scene, values, has_gpu);
-        let name = format!("{what}, {partition} on {ranks} ranks");
-        let (rmse, max) = apart(&drawn.0, &expected);
-        println!("{name}: rmse {rmse:.1e}, max {max:.1e}, beyond {}", count_beyond(&drawn.0, &expected, 0.0));
+        // Every second time, only every second rank has a GPU.
+        let has_gpu = |rank: usize| i % 2 == 0 || rank % 2 == i / 2 % 2;
+        let drawn = draw(&gpu, &spread, mesh, scene, values, has_gpu);
+        let is_plain = scene.scenery == Scenery::default() && scene.has_one_field_of_volume();
         // As of whole grids: pieces may be halved on one of the two only.
-        assert!(rmse <= 3e-4, "{name}: rmse {rmse:e}, max {max:e}");
-        check_devices(&name, &drawn.1, has_gpu);
-        assert_eq!(count_beyond(&drawn.0, &expected, 0.0), 0, "{name}: pixels beyond their errors");
+        let most = if is_plain { [RMSE, MAX] } else { [3e-4, f64::INFINITY] };
+        let expected = whole(mesh, stays, scene, values);
+        check(&format!("{name}, {partition} on {ranks} ranks"), &drawn, &expected, most, has_gpu);
         let is_seen = |pixel: &&[f32; 4]| pixel[0] != pixel[2];
         let seen = drawn.0.pixels.iter().filter(is_seen).count();
-        assert!(seen > drawn.0.pixels.len() / 4, "{what}: {seen} pixels are seen");
-    }
-}
-
-#[test]
-fn holes_of_the_whole_are_holes_of_its_parts() {
-    let Some(gpu) = gpu() else { return };
-    let sphere = Sphere::new(3, &THICK_M);
-    let mesh = sphere.tables;
-    let values = (sphere.values.as_slice(), THICK_M.len());
-    let scenes = [
-        scene(FAR, RAMP, CORE),
-        scene(INSIDE, SMOOTH, HOLLOW),
-        scene(FAR, &format!("{SMOOTH}\n{SUN}"), &CORE.replace("1e-6", "1e-4")),
-    ];
-    for (i, (hole, stays)) in holes(mesh).iter().enumerate() {
-        let scene = &scenes[i % 3];
-        let expected = whole(mesh, stays, scene, values);
-        let ranks = 2 + i % 3;
-        let (partition, owner) = partitions(mesh, ranks).swap_remove(i % 3);
-        let spread = Spread::new(mesh, ranks, &without_holes(owner, stays));
-        let has_gpu = |rank: usize| i % 2 == 0 || rank > 0;
-        let drawn = draw(&gpu, &spread, mesh, scene, values, has_gpu);
-        check(&format!("{hole}, {partition} on {ranks} ranks, scene {}", i % 3), &drawn, &expected, has_gpu);
+        assert!(is_plain || seen > drawn.0.pixels.len() / 4, "{name}: {seen} pixels are seen");
     }
 }
 
@@ -186,7 +138,7 @@ fn holes_of_the_whole_are_holes_of_its_parts() {
 #[test]
 fn fragments_are_those_of_the_cpu() {
     let Some(gpu) = gpu() else { return };
-    let (sphere, coarse) = (Sphere::new(4, &THICK_M), Sphere::new(2, &THICK_M));
+    let (sphere, coarse) = (sphere(4, &THICK_M), sphere(2, &THICK_M));
     let loose = |rest: &str| rest.replace("1e-6", "1e-2");
     for (name, sphere, scene) in [
         ("dense, core", &sphere, scene(FAR, DENSE, &loose(CORE))),
@@ -197,13 +149,13 @@ fn fragments_are_those_of_the_cpu() {
         ("steps, paper", &sphere, scene(FAR, STEPS, &format!("{}\nmethod = \"paper\"", loose(HOLLOW)))),
         ("lit", &sphere, scene(FAR, &format!("{RAMP}\n{SUN}"), &CORE.replace("1e-6", "1e-3"))),
     ] {
-        let (mesh, values) = (sphere.tables, (sphere.values.as_slice(), THICK_M.len()));
+        let (mesh, values) = (sphere.mesh, (sphere.values[0].as_slice(), &sphere.layers));
         for (partition, owner) in partitions(mesh, 3) {
             let name = format!("{name}, {partition}");
             let spread = Spread::new(mesh, 3, &owner);
             let (cpu, _) = draw(&gpu, &spread, mesh, &scene, values, |_| false);
             let drawn = draw(&gpu, &spread, mesh, &scene, values, |_| true);
-            check(&name, &drawn, &cpu, |_| true);
+            check(&name, &drawn, &cpu, [RMSE, MAX], |_| true);
             let [ours, theirs] = [&drawn.0.report, &cpu.report];
             let numbers = |counts: Counts| [counts.columns, counts.frusta, counts.fragments];
             for (ours, theirs) in numbers(ours.counts).into_iter().zip(numbers(theirs.counts)) {
@@ -220,10 +172,9 @@ fn fragments_are_those_of_the_cpu() {
 #[test]
 fn parts_in_pages_do_not_show() {
     let Some(_) = gpu() else { return };
-    let count = 16;
-    let sphere = Sphere::new(5, &std::array::from_fn::<f64, 16, _>(|k| 1e3 * k as f64));
-    let mesh = sphere.tables;
-    let values = (sphere.values.as_slice(), count);
+    let sphere = sphere(5, &std::array::from_fn::<f64, 16, _>(|k| 1e3 * k as f64));
+    let mesh = sphere.mesh;
+    let values = (sphere.values[0].as_slice(), &sphere.layers);
     let limited = |binding, field| Arc::new(Gpu::with_limits(None, MemoryLimits { binding, field }).unwrap());
     let (_, owner) = partitions(mesh, 2).swap_remove(1);
     let spread = Spread::new(mesh, 2, &owner);
@@ -237,7 +188,7 @@ fn parts_in_pages_do_not_show() {
     ] {
         let expected = whole(mesh, &stays, &scene, values);
         let drawn = draw(&paged, &spread, mesh, &scene, values, |_| true);
-        check(name, &drawn, &expected, |_| true);
+        check(name, &drawn, &expected, [RMSE, MAX], |_| true);
         let is_unread = |line: &String| line.ends_with("bytes of the field on the device");
         assert!(drawn.1.iter().flat_map(|report| &report.left_out).any(is_unread), "{name}: {:?}", drawn.1);
         // No room for the whole field: the CPU traces the rank's part.

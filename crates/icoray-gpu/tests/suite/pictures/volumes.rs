@@ -1,37 +1,14 @@
 //! Scenes of several volumes, or of one whose opacity is that of another field.
 
 use super::common::*;
-use super::scenes::{SHINY, TwoFields, compare};
-use icoray::{Fields, Scene};
+use super::scenes::VIEWS;
+use crate::contents::{BY_OTHER, DENSE, HIGH, ISO, ONE, OTHER, OWN_ISO, REGION, SHELL, STEPS, SURFACE, THIN};
+use icoray::Fields;
 
-const ONE: &str = "[[volumes]]\nfield = \"f\"\ntransfer = { map = \"viridis\", range = [-1, 1], \
-    opacity = [[-1, 0.6], [-0.2, 0.05], [0.1, 0.0], [0.6, 0.7], [1, 0.3]] }\n";
-const THIN: &str = "[[volumes]]\nfield = \"f\"\ntransfer = { map = \"turbo\", range = [-1, 1], \
-    opacity = [[-0.5, 0.0], [-0.4, 0.8], [-0.3, 0.0], [0.3, 0.0], [0.5, 0.9]] }\n";
-const OTHER: &str = "[[volumes]]\nfield = \"g\"\ntransfer = { map = \"plasma\", range = [-0.9, 0.9], \
-    opacity = [[-0.6, 0.7], [-0.3, 0.0], [0.2, 0.0], [0.7, 0.95]] }\n";
-const DENSE: &str = "[[volumes]]\nfield = \"g\"\ntransfer = { map = \"plasma\", range = [-0.9, 0.9], \
-    opacity = [[-0.6, 0.9999], [0.1, 0.0], [0.7, 0.9999]], unit_length = 1e-3 }\n";
-const STEPS: &str = "[[volumes]]\nfield = \"g\"\ntransfer = { knots = [ \
-    { value = -0.9, color = \"blue\", opacity = 0.9 }, { value = -0.4, color = \"blue\", opacity = 0.9 }, \
-    { value = -0.4, color = \"white\", opacity = 0 }, { value = 0.2, color = \"white\", opacity = 0 }, \
-    { value = 0.2, color = \"yellow\", opacity = 0.6 }, { value = 0.9, color = \"red\", opacity = 0.99 } ] }\n";
-const BY_OTHER: &str = "[[volumes]]\nfield = \"f\"\ntransfer = { map = \"viridis\", range = [-1, 1] }\n\
-    opacity = { field = \"g\", values = [[-0.6, 0.7], [-0.3, 0.0], [0.2, 0.0], [0.7, 0.95]] }\n";
 const CLEAR: &str = "[[volumes]]\nfield = \"f\"\ntransfer = { map = \"gray\", range = [-1, 1], \
     opacity = [[-1, 0], [1, 0]] }\n";
-const REGION: &str = "[[clip]]\nlon = [10, 70]\nlat = [-20, 45]\n";
-const SHELL: &str = "[[clip]]\nheight_m = [4000, 11000]\ncut = \"outside\"\n";
-const ISO: &str = "[[isosurfaces]]\nfield = \"g\"\nvalue = 0.1\ncolor_by = \"f\"\nopacity = 0.6\n\
-    transfer = { map = \"viridis\", range = [-1, 1] }\n";
-const OWN_ISO: &str = "[[isosurfaces]]\nfield = \"f\"\nvalues = [-0.35, 0.4]\ncolors = [\"red\", \"#4080ff\"]\n\
-    opacity = 0.5\n";
-const SURFACE: &str = "[[surfaces]]\nlayer = 3\nfield = \"g\"\nopacity = 0.5\n\
-    transfer = { map = \"magma\", range = [-0.9, 0.9] }\n";
 
-const HIGH: &str = "[[surfaces]]\nheight_m = 8000\ncolor = \"#80a060\"\nopacity = 0.4\n";
-
-const SCENES: [(&str, &[&str]); 10] = [
+const SCENES: [(&str, &[&str]); 13] = [
     ("two", &[ONE, OTHER]),
     ("thin", &[THIN, OTHER]),
     ("of one field", &[ONE, THIN]),
@@ -42,6 +19,10 @@ const SCENES: [(&str, &[&str]); 10] = [
     ("four, the first one clear", &[CLEAR, OTHER, THIN, ONE]),
     ("cut, with an isosurface", &[ONE, OTHER, REGION, ISO]),
     ("with all", &[THIN, OTHER, SHELL, OWN_ISO, SURFACE, HIGH]),
+    // Where transfer functions jump, which the CPU crosses in double precision.
+    ("steps", &[ONE, STEPS]),
+    ("steps, thin", &[STEPS, THIN]),
+    ("steps, cut", &[STEPS, ONE, REGION]),
 ];
 
 /// The volumes and surfaces of the scene of this name.
@@ -49,49 +30,18 @@ pub fn contents(name: &str) -> String {
     SCENES.iter().find(|(known, _)| *known == name).unwrap().1.concat()
 }
 
-pub fn scene_of(camera: &str, contents: &[&str], rest: &str, light: &str) -> Scene {
-    let text = format!(
-        "antialias = false\n{rest}\n[image]\nwidth = 48\nheight = 40\n[camera]\n{camera}\n{}{light}\n",
-        contents.concat()
-    );
-    Scene::parse(&text).unwrap_or_else(|e| panic!("{e}\n{text}"))
-}
-
-/// Draws the scenes with these lights from these places.
-fn compare_all(lights: &[(&str, &str)], cameras: &[(&str, &str)]) {
-    let Some(_) = gpu() else { return };
-    let both = TwoFields::new(4, &THICK_M);
-    for (k, (what, contents)) in SCENES.into_iter().enumerate() {
-        for (light, lamp) in lights {
-            for (camera, where_) in cameras {
-                let scene = scene_of(where_, contents, CORES[k % 2], lamp);
-                let drawn = both.compare(&format!("{what}, {light}, {camera}"), &scene, 0);
-                assert!(drawn.pixels.iter().any(|pixel| pixel[0] != pixel[2]), "{what}, {camera}: nothing is seen");
-            }
-        }
-    }
-}
-
 #[test]
 fn several_volumes() {
-    compare_all(&[("unlit", "")], &[("far", FAR), ("inside", INSIDE)]);
-}
-
-#[test]
-fn several_lit_volumes() {
-    compare_all(&[("headlight", LIT), ("shiny", SHINY)], &[("far", FAR)]);
-}
-
-/// Where transfer functions jump, which the CPU crosses in double precision.
-#[test]
-fn several_volumes_with_steps() {
     let Some(_) = gpu() else { return };
-    let both = TwoFields::new(4, &THICK_M);
-    for (what, contents) in
-        [("steps", [ONE, STEPS].as_slice()), ("thin", &[STEPS, THIN]), ("cut", &[STEPS, ONE, REGION])]
-    {
-        for (light, lamp) in [("unlit", ""), ("shiny", SHINY)] {
-            both.compare(&format!("{what}, {light}"), &scene_of(FAR, contents, CORES[0], lamp), 0);
+    let both = sphere(4, &THICK_M);
+    for (k, (what, contents)) in SCENES.into_iter().enumerate() {
+        for (view, where_, lamp) in VIEWS {
+            let scene = scene_of(where_, &format!("{}{lamp}", contents.concat()), CORES[k % 2]);
+            let drawn = both.compare(&format!("{what}, {view}"), &scene, 0);
+            assert!(drawn.pixels.iter().any(|pixel| pixel[0] != pixel[2]), "{what}, {view}: nothing is seen");
+        }
+        if contents.contains(&REGION) || contents.contains(&SHELL) {
+            both.compare_edges(what, &scene_of(FAR, &contents.concat(), CORES[0]));
         }
     }
 }
@@ -100,28 +50,20 @@ fn several_volumes_with_steps() {
 #[test]
 fn several_volumes_of_other_fields_and_layers() {
     let Some(_) = gpu() else { return };
-    let heights: Vec<f64> = (0..31).map(|k| 100.0 * f64::from(k)).collect();
-    let sphere = Sphere::new(4, &heights);
-    let far: Vec<f64> = (0..sphere.values.len()).map(|k| 1e6 - f64::from(sphere.values[k]).sin()).collect();
+    let sphere = sphere(4, &thin_m());
+    let far: Vec<f64> = sphere.values[0].iter().map(|x| 1e6 - f64::from(*x).sin()).collect();
     let shifted = "[[volumes]]\nfield = \"g\"\ntransfer = { map = \"plasma\", range = [999999, 1000001], \
         opacity = [[999999.2, 0.7], [999999.8, 0.0], [1000000.3, 0.0], [1000000.8, 0.95]] }\n";
-    let fields = || Fields::new([("f", sphere.field()), ("g", at_centers(&far, heights.len()))]);
+    let fields = Fields::new([
+        ("f", at_centers(&sphere.values[0], sphere.layers.count())),
+        ("g", at_centers(&far, sphere.layers.count())),
+    ]);
     for (camera, where_) in [("far", FAR), ("limb", LIMB), ("inside", IN_THIN)] {
         for lamp in ["", LIT] {
-            let scene = scene_of(where_, &[ONE, shifted], "core = \"gray\"", lamp);
-            compare(&format!("100 m, {camera}, {lamp}"), &scene, (&sphere.grid, &sphere.layers), fields, 0);
+            let scene = scene_of(where_, &format!("{ONE}{shifted}{lamp}"), "core = \"gray\"");
+            let name = format!("100 m, {camera}, {lamp}");
+            compare(&name, &scene, (&sphere.grid, &sphere.layers), fields.clone(), 0);
         }
-    }
-}
-
-#[test]
-fn edges_of_several_volumes() {
-    let Some(_) = gpu() else { return };
-    let both = TwoFields::new(4, &THICK_M);
-    for (what, contents) in
-        [("cut", [ONE, OTHER, REGION].as_slice()), ("with all", &[THIN, OTHER, SHELL, OWN_ISO, SURFACE, HIGH])]
-    {
-        both.compare_edges(what, &scene_of(FAR, contents, CORES[0], ""));
     }
 }
 
@@ -129,10 +71,9 @@ fn edges_of_several_volumes() {
 #[test]
 fn too_many_volumes_are_drawn_by_the_cpu() {
     let Some(gpu) = gpu() else { return };
-    let sphere = Sphere::new(2, &THICK_M);
-    let scene = scene_of(FAR, &[ONE; 5], CORES[0], "");
-    let drawn =
-        renderer(&gpu).render(&scene, &sphere.grid, &sphere.layers, Fields::new([("f", sphere.field())])).unwrap();
+    let sphere = sphere(2, &THICK_M);
+    let scene = scene_of(FAR, &ONE.repeat(5), CORES[0]);
+    let drawn = renderer(&gpu).render(&scene, &sphere.grid, &sphere.layers, sphere.fields()).unwrap();
     let reason = drawn.report.device.left_to_cpu.unwrap();
     assert_eq!(reason, "the scene shows 5 volumes, expected at most 4");
 }

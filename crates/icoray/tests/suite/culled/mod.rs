@@ -113,6 +113,19 @@ impl Culled {
         }
     }
 
+    /// Turns and mirrors rows of tables, each by itself.
+    pub fn shuffle(&mut self) {
+        let tables = [(&mut self.corner_cell, 3), (&mut self.corner_edge, 3), (&mut self.edge_corner, 2)];
+        for (k, (table, width)) in tables.into_iter().enumerate() {
+            for (i, row) in table.chunks_exact_mut(width).enumerate() {
+                if (i * 7 + k).is_multiple_of(3) {
+                    row.swap(0, 1);
+                }
+                row.rotate_left((i + k) % width);
+            }
+        }
+    }
+
     pub fn grid(&self) -> Grid<'_> {
         Grid::new(self.tables()).unwrap_or_else(|e| panic!("{e}"))
     }

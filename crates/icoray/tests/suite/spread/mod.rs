@@ -57,16 +57,14 @@ impl Spread {
         work: impl Fn(&mut Ranks, &Culled, &Grid, Result<Decomposition, icoray::Error>) -> R + Sync,
     ) -> Vec<R> {
         on_nodes(node_of, |ranks| {
-            let culled = &self.parts[ranks.rank()];
+            let rank = ranks.rank();
+            let culled = &self.parts[rank];
             let grid = culled.grid();
-            let decomposition = Decomposition::new(ranks, &grid, &self.cells(ranks.rank()));
+            let cells =
+                PartCells { global: self.global[rank].as_slice().into(), owned: Owned::Marked(&self.owned[rank]) };
+            let decomposition = Decomposition::new(ranks, &grid, &cells);
             work(ranks, culled, &grid, decomposition)
         })
-    }
-
-    /// What a rank says of its cells.
-    fn cells(&self, rank: usize) -> PartCells<'_> {
-        PartCells { global: self.global[rank].as_slice().into(), owned: Owned::Marked(&self.owned[rank]) }
     }
 
     /// As [`Self::on_nodes`], where each rank is a node of its own.
