@@ -2,7 +2,6 @@
 
 use crate::files::folder;
 use crate::made::{HEIGHT_M, LAYERS, Made, RECORDS, Values};
-use crate::real::data;
 use crate::run::{Folder, difference, has, says, scene, shows_something};
 use std::ops::Range;
 
@@ -172,25 +171,4 @@ fn fields_are_moved_between_levels_and_interfaces() {
         assert!(apart.max <= 1 && apart.mean < 0.0075, "{first} {second} {layers}: {apart:?}");
         shows_something(&folder.at("out.png"), 96, 96);
     }
-}
-
-/// Terrain is where the baroclinic wave's surface is not flat; its heights stretched show it.
-#[test]
-fn terrain_of_the_baroclinic_wave() {
-    let Some(file) = data("mpas_jw_10242.nc") else { return };
-    let folder = Folder::new();
-    let plain = scene("theta", 250.0, 400.0).replace("exaggeration = 50", "exaggeration = 150");
-    folder.write("mean.toml", &plain);
-    folder.write("native.toml", native(&plain));
-    for name in ["mean", "native"] {
-        let (scene, picture) = (format!("{name}.toml"), format!("{name}.png"));
-        let options = ["--layers", "0..8", "--size", "64x64", "-v", "-o", &picture];
-        let text = folder.prints([&["render", &file, "--scene", &scene], &options[..]].concat());
-        assert_eq!(text.contains("concentric mean heights"), name == "mean", "{text}");
-        assert_eq!(text.contains("heights   zgrid of each column\n"), name == "native", "{text}");
-        let plan = folder.prints(["plan", &file, "--scene", &scene]);
-        assert_eq!(plan.contains("read: zgrid of each column"), name == "native", "{plan}");
-    }
-    let apart = difference(&folder.at("mean.png"), &folder.at("native.png"));
-    assert!(apart.mean > 0.04 && apart.max > 3, "{apart:?}");
 }

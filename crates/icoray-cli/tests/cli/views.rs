@@ -2,8 +2,7 @@
 
 use crate::files::folder;
 use crate::made::Made;
-use crate::real::data;
-use crate::run::{Folder, fails, has, icoray, pictures, prints, says, scene, shows_something};
+use crate::run::{fails, has, icoray, pictures, prints, says, scene, shows_something};
 use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
@@ -179,36 +178,4 @@ fn pictures_become_an_animation() {
     fails(&mut animate(&["large.png", "-o", "film2.png"]), 1, &[sizes]);
     let again = ["-o", "film.png", "--existing", "never-modify"];
     fails(&mut animate(&again), 1, &["film.png", "is there already"]);
-}
-
-#[test]
-fn the_baroclinic_wave_from_several_sides() {
-    let Some(file) = data("mpas_jw_10242.nc") else { return };
-    let folder = Folder::new();
-    let views = r#"
-[output]
-cinema = "{view}.cdb"
-[[views]]
-name = "growing"
-field = "vorticity"
-when = "max(vorticity) > 6e-5"
-transfer = { range = [2e-5, 1e-4], opacity = [[2e-5, 0], [1e-4, 0.9]] }
-[[views]]
-name = "around"
-at_steps = [1]
-sweep = { lat = [-60, 0, 60], lon = [0, 180] }
-"#;
-    folder.write("scene.toml", scene("theta", 250.0, 400.0) + views);
-    let text = folder.prints(["render", &file, "--scene", "scene.toml", "--time", "all", "--size", "64x64"]);
-    let rows = |view: &str| folder.text(&format!("{view}.cdb/data.csv"));
-    let around = rows("around");
-    assert_eq!(around.lines().count(), 7, "{around}");
-    let last = "around,60.0,180.0,around_theta_000001_lat60_lon180.png";
-    assert!(around.starts_with("step,time,view,lat,lon,FILE\n1,") && around.trim_end().ends_with(last), "{around}");
-    // The wave grows: the condition does not hold at first, and holds in the end.
-    let growing = rows("growing");
-    let steps: Vec<&str> = growing.lines().skip(1).map(|row| row.split(',').next().unwrap()).collect();
-    assert!(!steps.is_empty() && !steps.contains(&"0"), "{growing}");
-    assert_eq!(text.matches("picture ").count(), 6 + steps.len(), "{text}");
-    shows_something(&folder.at("around.cdb/around_theta_000001_lat60_lon180.png"), 64, 64);
 }
