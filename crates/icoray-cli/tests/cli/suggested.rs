@@ -51,18 +51,12 @@ fn the_saved_scene_draws_the_same_picture() {
             let words = command.split(' ').map(|word| if word == "my_scene" { "my scene.toml" } else { word });
             folder.prints(["render", "made.nc", "-o", to(second)].into_iter().chain(words));
             assert!(drawn == pictures(second), "{more:?}: {second} differs");
+            if more.is_empty() {
+                folder.render_alone(&["--scene", "my scene.toml", "-o", second]);
+                assert!(drawn == folder.bytes(second), "without --time it is the last one too");
+            }
         }
     }
-}
-
-#[test]
-fn a_saved_scene_draws_the_last_time_as_the_suggestion_does() {
-    let folder = Folder::of(&Made::history());
-    folder.render_alone(&["--save-scene", "s.toml", "-o", "a.png"]);
-    folder.prints(["render", "made.nc", "--scene", "s.toml", "-o", "b.png"]);
-    let [drawn, again] = ["a.png", "b.png"].map(|name| folder.bytes(name));
-    assert!(drawn == again, "the pictures differ");
-    says(&folder.at("b.png"), &[("step", "2")]);
 }
 
 #[test]
@@ -198,44 +192,6 @@ fn an_isosurface_is_saved_and_one_off_the_values_is_reported() {
     has(&text, &["note      theta is 2000 to 2041.375: it has no isosurface of 5000\n"]);
     let text = said(&["--range", "1000..1500"]);
     has(&text, &["note      theta is 2000 to 2041.375: colours from 1000 to 1500 show no difference of it\n"]);
-    let flat = ["render", "made.nc", "--field", "surface_pressure", "--isosurface", "3"];
-    folder.fails(flat, 1, &["isosurface 3: surface_pressure is a 2D field"]);
-}
-
-#[test]
-fn errors_of_bad_values_state_the_expected_ones() {
-    let folder = Folder::of(&Made::history());
-    let refused = |more: &[&str], code: i32, parts: &[&str]| {
-        folder.fails([&["render", "made.nc"], more].concat(), code, parts);
-        assert_eq!(folder.count(), 1, "{more:?} left a file");
-    };
-    refused(&["--lat", "95"], 2, &["--lat", "95", "expected a number from -90 to 90"]);
-    refused(&["--lon", "west"], 2, &["--lon", "west", "expected a number from -360 to 360"]);
-    refused(&["--distance", "0"], 2, &["--distance", "'0'", "expected a number from"]);
-    refused(&["--exaggeration", "-3"], 2, &["--exaggeration", "-3", "expected a number from"]);
-    refused(&["--range", "3..1"], 2, &["--range", "3..1", "the lower first"]);
-    refused(&["--colormap", "jet2"], 2, &["--colormap", "jet2", "viridis"]);
-    refused(&["--surface", "-1"], 2, &["--surface", "-1", "from 0, the innermost"]);
-    refused(&["--background", "mauvish"], 2, &["--background", "expected an opaque CSS colour"]);
-    refused(&["--light", "sun"], 2, &["--light", "longitude and latitude below a sun"]);
-    refused(&["--surface", "4"], 1, &["surface on layer 4, expected 0 to 3"]);
-    refused(
-        &["--field", "thita"],
-        1,
-        &["--field thita", "no field thita (did you mean \"theta\"?); fields in the file: ", "theta, w"],
-    );
-    refused(&["--save-scene", "made.nc/s.toml"], 1, &["--save-scene: made.nc/s.toml"]);
-    for option in [["--colormap", "vik"], ["--range", "0..1"], ["--save-scene", "s.toml"]] {
-        let all = [&["--scene", "scene.toml"], &option[..]].concat();
-        refused(&all, 2, &[option[0], "cannot be used with", "--scene"]);
-    }
-}
-
-#[test]
-fn scenes_whose_camera_moves_are_not_aimed() {
-    let moving = scene("theta", 0.0, 42.0) + "[sweep]\nlon = [0, 90]\n";
-    let folder = folder(&Made::history(), &moving);
-    folder.render_fails(&["--lat", "3"], 1, &["--lon, --lat, --distance: sweep places the camera"]);
 }
 
 #[test]
@@ -290,12 +246,6 @@ fn plan_takes_the_options_of_render() {
         ["scene     suggested for theta", "saved as saved.toml", "picture: theta_2013-10-27_00.00.00_000002.png"];
     has(&text, &parts);
     assert!(folder.at("saved.toml").exists());
-}
-
-#[test]
-fn studies_are_elsewhere() {
-    let hint = "icoray: the studies are a program of their own: icoray-study speed --quick\n";
-    Folder::new().fails(["study", "speed", "--quick"], 2, &[hint]);
 }
 
 #[test]

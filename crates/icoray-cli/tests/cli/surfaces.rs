@@ -60,19 +60,12 @@ fn a_surface_has_the_colour_of_its_value() {
 }
 
 #[test]
-fn a_2d_field_is_chosen_by_name_and_has_no_layers_to_choose() {
+fn a_2d_field_is_chosen_by_name() {
     let folder = Folder::of(&Made::history());
     let text = folder.render_alone(&["--field", "surface_pressure", "--surface", "top", "--time", "0"]);
     has(&text, &["suggested for surface_pressure\n", "surface_pressure at cells, 2D, time 0"]);
     let parts = ["read: surface_pressure at cells, 1 layers (168 bytes each time)"];
     has(&folder.prints(["plan", "made.nc", "--field", "surface_pressure"]), &parts);
-    for (option, value, part) in [
-        ("--surface", "1", "surface 1: surface_pressure is a 2D field, expected 0"),
-        ("--layers", "0..2", "layers 0..2: surface_pressure is a 2D field, expected a field with layers"),
-    ] {
-        let words = ["render", "made.nc", "--field", "surface_pressure", option, value];
-        folder.fails(words, 1, &[part]);
-    }
 }
 
 #[test]

@@ -212,13 +212,3 @@ fn a_taken_port_is_another_port() {
     assert_ne!(first.page.token, second.page.token);
     assert_eq!(first.page.with_token(&second.page.token).ask("GET /api/scene", "").unwrap().status, 401);
 }
-
-#[test]
-fn options_that_a_page_would_not_show_are_refused() {
-    let folder = Folder::of(&Made::history());
-    folder.write("scene.toml", scene("theta", 0.0, 2042.0));
-    for [option, value] in [["--lon", "3"], ["--backend", "cpu"]] {
-        let words = ["view", "made.nc", "--scene", "scene.toml", option, value];
-        folder.fails(words, 1, &[option, "expected no such option beside --scene"]);
-    }
-}

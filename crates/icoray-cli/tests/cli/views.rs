@@ -109,24 +109,6 @@ fn a_sweep_becomes_a_cinema_database() {
     folder.render_fails(&["-o", "out"], 1, &parts);
 }
 
-#[test]
-fn fields_of_all_views_and_triggers_must_be_there() {
-    let base = scene("theta", 0.0, 42.0);
-    for (more, name) in [
-        ("[[views]]\nname = \"a\"\n[[views]]\nname = \"b\"\nfield = \"thita\"\n", "thita"),
-        ("[[views]]\nname = \"a\"\nwhen = \"max(voticity) > 1\"\n", "voticity"),
-        ("[sweep]\nfield = [\"theta\", \"rhu\"]\n", "rhu"),
-    ] {
-        let folder = folder(&Made::history(), &(base.clone() + more));
-        let missing = format!("there is no field {name}");
-        folder.render_fails(&[], 1, &[&missing, "theta, w, vorticity, rho"]);
-        assert_eq!(pictures(folder.path()), [""; 0]);
-    }
-    let several = folder(&Made::history(), &(base + "[sweep]\nlon = [0, 9]\n"));
-    let parts = ["-o one.png: one name for 2 pictures; expected a directory"];
-    several.render_fails(&["-o", "one.png"], 1, &parts);
-}
-
 /// Two volumes of two fields, and a view of one that is made of them; nothing else of the file is read.
 #[test]
 fn a_scene_of_several_fields_reads_these() {

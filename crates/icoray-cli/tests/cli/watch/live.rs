@@ -64,11 +64,3 @@ fn a_page_follows_the_watch_and_steers_the_next_picture() {
     folder.prints(["render", "finished.nc", "--scene", "scene.toml", "--time", "1", "-o", "rendered.png"]);
     assert!(pixels(&folder.at("rendered.png")) == pixels(&folder.at("out/2013-10-26.png")));
 }
-
-#[test]
-fn a_page_has_the_scene_of_the_file() {
-    let folder = folder(&Made::history(), &(scene("theta", 0.0, 2042.0) + NAMED_BY_DATE));
-    let watch = ["watch", "run", "--scene", "scene.toml", "-o", "out"];
-    let parts = ["--lon: expected no such option beside --scene"];
-    folder.fails([&watch[..], &["--live", "--lon", "3"]].concat(), 1, &parts);
-}
