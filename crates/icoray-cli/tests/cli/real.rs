@@ -22,8 +22,7 @@ fn the_example_scenes_show_something() {
         // Labels are no part of what is shown, and may take rows of their own.
         let scene = fs::read_to_string(example(name)).unwrap();
         folder.write("scene.toml", scene.replace("[labels]", "[labels]\non = false"));
-        let options = ["--scene", "scene.toml", "--time", "-1", "--size", "96x72", "-o", "out.png"];
-        folder.prints([&["render", &file], &options[..]].concat());
+        folder.prints(&format!("render {file} --scene scene.toml --time -1 --size 96x72 -o out.png"));
         shows_something(&folder.at("out.png"), 96, 72);
     }
 }
@@ -33,8 +32,8 @@ fn the_example_scenes_show_something() {
 fn temperatures_of_icon_are_rendered() {
     let Some(file) = data("psyplot_icon_test.nc") else { return };
     let folder = Folder::new();
-    let options = ["--scene", &example("icon"), "--time", "1979-01..1979-03", "--size", "96x72"];
-    let text = folder.prints([&["render", &file], &options[..]].concat());
+    let scene = example("icon");
+    let text = folder.prints(&format!("render {file} --scene {scene} --time 1979-01..1979-03 --size 96x72"));
     let parts = [
         "note      t2m is at corners: averaged to cell centres",
         "note      lev gives pressures: rendered at the heights of the standard atmosphere",

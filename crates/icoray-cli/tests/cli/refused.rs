@@ -13,7 +13,7 @@ const ALONE: &str = "render made.nc";
 fn refused(scene: &str, command: &str, cases: &[(&str, i32, &[&str])]) {
     let folder = folder(&Made::history(), scene);
     for (options, code, parts) in cases {
-        folder.fails(format!("{command} {options}").split_whitespace(), *code, parts);
+        folder.fails(&format!("{command} {options}"), *code, parts);
         assert_eq!(folder.count(), 2, "{options}: made.nc, scene.toml and no more");
     }
 }
@@ -89,6 +89,7 @@ fn options_that_do_not_fit_the_file_or_the_scene() {
             ),
         ],
     );
+    refused(&good, "sample", &[("made.nc/a.nc", 1, &["made.nc/a.nc: cannot write the file"])]);
     // A page has the scene of the file.
     let beside = "expected no such option beside --scene";
     let view = "view made.nc --scene scene.toml";

@@ -26,8 +26,7 @@ fn the_shown_picture_is_that_of_the_saved_scene() {
     assert_eq!(command, "icoray render made.nc --scene scene.toml --time 1");
     for format in ["png", "exr"] {
         let name = format!("rendered.{format}");
-        let words = command.split(' ').skip(1).chain(["-o", &name]);
-        folder.prints(words);
+        folder.prints(&format!("{} -o {name}", command.strip_prefix("icoray ").unwrap()));
         let answer = viewer.get(&format!("/api/picture?format={format}"));
         assert!(answer.head.contains("content-disposition: attachment"), "{}", answer.head);
         let seen = folder.at(format!("seen.{format}"));

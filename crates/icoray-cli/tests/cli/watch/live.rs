@@ -61,6 +61,6 @@ fn a_page_follows_the_watch_and_steers_the_next_picture() {
     watcher.expect_drawn(2);
     watcher.stop();
     folder.write("scene.toml", kept);
-    folder.prints(["render", "finished.nc", "--scene", "scene.toml", "--time", "1", "-o", "rendered.png"]);
+    folder.prints("render finished.nc --scene scene.toml --time 1 -o rendered.png");
     assert!(pixels(&folder.at("rendered.png")) == pixels(&folder.at("out/2013-10-26.png")));
 }
