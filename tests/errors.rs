@@ -98,6 +98,8 @@ fn looks<'s>(fine: &'s Sphere, thick: &'s Sphere) -> Vec<Look<'s>> {
         Look::new("steps, thick", thick, scene(64, FAR, STEPS, hollow)),
         Look::new("spike", fine, scene(128, FAR, SPIKE, "")),
         Look::new("spike, thick", thick, scene(64, FAR, SPIKE, hollow)),
+        // Knots that are close to each other at one end of the range make no error.
+        Look::new("decades", fine, scene(128, FAR, DECADES, "")),
         Look::new("lit", fine, scene(96, FAR, &lit, "")),
         Look::new("lit, thick", thick, scene(48, FAR, &lit, hollow)),
     ]
@@ -114,7 +116,7 @@ fn no_error_of_a_pixel_is_larger_than_the_reported_one() {
             let errors = look.check(tolerance, Precision::F64);
             // Errors below half a last digit of the picture's own f32 are not seen.
             assert!(errors.median_reported < look.max_ratio * errors.median.max(3e-8), "{}: {errors:?}", look.name);
-            assert!(errors.max <= tolerance + 6e-8, "{}: {errors:?}", look.name);
+            assert!(errors.max.max(errors.max_reported) <= tolerance + 6e-8, "{}: {errors:?}", look.name);
         }
         for &tolerance in count(&[1e-3][..], &[1e-2, 1e-3, 1e-4, 1e-5]) {
             let errors = look.check(tolerance, Precision::F32);
@@ -125,18 +127,6 @@ fn no_error_of_a_pixel_is_larger_than_the_reported_one() {
             // The digits of f32 are not enough for all pixels of the spikes, which report so.
             assert!(errors.max <= tolerance + 3e-5, "{}: {errors:?}", look.name);
         }
-    }
-}
-
-/// Knots that are close to each other at one end of the range make no error.
-#[test]
-fn errors_of_knots_over_decades_are_those_of_others() {
-    let sphere = Sphere::new(4, 20, [1.0, 1.15], multi_scale).unwrap();
-    let look = Look::new("decades", &sphere, scene(128, FAR, DECADES, ""));
-    for &tolerance in count(&[1e-3][..], &[1e-2, 1e-3, 1e-4, 1e-5, 1e-6]) {
-        let errors = look.check(tolerance, Precision::F64);
-        assert!(errors.median_reported < look.max_ratio * errors.median.max(3e-8), "{errors:?}");
-        assert!(errors.max.max(errors.max_reported) <= tolerance + 6e-8, "{errors:?}");
     }
 }
 
