@@ -180,17 +180,6 @@ fn corner_fields_and_terrain_are_noted() {
 }
 
 #[test]
-fn the_mesh_may_be_in_another_file() {
-    let made = Made::history();
-    let mut fields = made.clone();
-    fields.variables.retain(|v| !v.name.ends_with("Cell") && !v.name.ends_with("Vertex"));
-    let folder = folder(&fields, &scene("rho", 0.0, 42.0));
-    Made::mesh(false).write_to(&folder.at("mesh.nc"), Options::NETCDF4);
-    folder.render("--mesh mesh.nc -o out.png");
-    shows_something(&folder.at("out.png"), 96, 96);
-}
-
-#[test]
 fn info_lists_the_contents_of_a_file() {
     let mut made = Made::history();
     made.add("vn", &["Time", "nEdges"], Values::F64(vec![1.0; RECORDS * 120]));

@@ -4,6 +4,7 @@ use crate::files::folder;
 use crate::made::Made;
 use crate::run::{difference, has, icoray, prints, scene, texts};
 use icoray_test_support::{Need, skip_because};
+use std::collections::HashMap;
 use std::path::Path;
 
 /// An unlit scene, with keys before it.
@@ -46,16 +47,12 @@ fn a_gpu_draws_where_the_scene_or_the_command_asks_for_one() {
     has(&prints(&mut command), &[&format!("drawn on  {name}")]);
     let text = by_command.render("--time all -o all --backend gpu");
     assert_eq!(text.matches("drawn on  ").count(), 3, "{text}");
-    let report = by_command.text("all/report.csv");
-    // Commas inside quotes part nothing: every second piece between quotes is a quoted one.
-    let plain = |line: &str| line.split('"').step_by(2).collect::<Vec<_>>().join("\"");
-    let rows: Vec<Vec<String>> =
-        report.lines().map(|line| plain(line).split(',').map(str::to_owned).collect()).collect();
-    let column = rows[0].iter().position(|column| column == "bytes_uploaded").unwrap();
-    let uploaded = |row: usize| rows[row][column].clone();
+    let rows = csv::Reader::from_path(by_command.at("all/report.csv")).unwrap().into_deserialize();
+    let uploaded =
+        rows.map(|row: csv::Result<HashMap<String, String>>| row.unwrap()["bytes_uploaded"].parse().unwrap());
     // The field each time, the grid once.
-    let [first, second, third] = [1, 2, 3].map(|row| uploaded(row).parse::<u64>().unwrap());
-    assert!(first > second && second == third && third >= 4 * 42 * 4, "{report}");
+    let [first, second, third] = uploaded.collect::<Vec<u64>>()[..] else { panic!("three pictures") };
+    assert!(first > second && second == third && third >= 4 * 42 * 4, "{first}, {second}, {third}");
     // A plan says who would draw.
     has(&by_scene.prints("plan made.nc --scene scene.toml"), &[&format!("\ndrawn on {name}")]);
 }

@@ -96,34 +96,19 @@ fn missing_heights_are_an_error_before_the_first_ray() {
     assert!(!folder.at("theta_000000.png").exists());
 }
 
-/// theta lies between the interfaces on which w lies: whichever comes first gives its layers, and ranges of these are
-/// those of the same heights.
+/// theta lies between the interfaces on which w lies.
 #[test]
-fn fields_on_different_layers_are_drawn_together() {
-    for (first, second, layers, counts) in
-        [("theta", "w", "1..3", [2, 3]), ("w", "theta", "1..4", [3, 2]), ("w", "theta", "0..", [5, 4])]
-    {
-        for heights in ["mean", "native"] {
-            let folder = folder(&hills(), &format!("heights = \"{heights}\"\n{}", two(first, second)));
-            let text = folder.render(&format!("--time 0 --layers {layers} -o out.png --size 48x48"));
-            let field = |name: &str, count: usize| format!("{name} at cells, {count} layers");
-            has(
-                &text,
-                &[
-                    &field(first, counts[0]),
-                    &field(second, counts[1]),
-                    &format!("{second} lies on other layers than {first}: interpolated to these in height"),
-                ],
-            );
-            shows_something(&folder.at("out.png"), 48, 48);
-        }
-    }
-    let folder = folder(&hills(), &two("w", "theta"));
+fn fields_on_different_layers_are_drawn_at_native_heights() {
+    let folder = folder(&hills(), &native(&two("w", "theta")));
+    let text = folder.render("--time 0 --layers 1..4 -o out.png --size 48x48");
+    has(&text, &["w at cells, 3 layers", "theta at cells, 2 layers", "heights   zgrid of each column\n"]);
+    shows_something(&folder.at("out.png"), 48, 48);
     let parts = ["layers: 1..3 are layers of w", "theta has 1 between them, expected at least 2"];
     folder.render_fails("--layers 1..3", 1, &parts);
 }
 
-/// Fields of one volume each are those that a person would have moved by hand, over all layers and over some.
+/// Whichever field comes first gives its layers, and ranges of these are those of the same heights: fields of one volume
+/// each are those that a person would have moved by hand, over all layers and over some.
 #[test]
 fn fields_are_moved_between_levels_and_interfaces() {
     let middle = |level: usize| 0.5 * (HEIGHT_M[level] + HEIGHT_M[level + 1]);
@@ -142,11 +127,11 @@ fn fields_are_moved_between_levels_and_interfaces() {
         let part = (HEIGHT_M[interface] - low) / (high - low);
         (1.0 - part) * theta(column, interface - 1) + part * theta(column, interface)
     };
-    for (first, second, layers, levels) in [
-        ("theta", "w", "0..", 0..LAYERS),
-        ("theta", "w", "1..3", 1..3),
-        ("w", "theta", "0..", 0..LAYERS),
-        ("w", "theta", "1..4", 1..3),
+    for (first, second, layers, levels, counts) in [
+        ("theta", "w", "0..", 0..LAYERS, [4, 5]),
+        ("theta", "w", "1..3", 1..3, [2, 3]),
+        ("w", "theta", "0..", 0..LAYERS, [5, 4]),
+        ("w", "theta", "1..4", 1..3, [3, 2]),
     ] {
         let mut made = Made::history();
         let fill = |layers: usize, value: &dyn Fn(usize, usize) -> f64| {
@@ -160,7 +145,10 @@ fn fields_are_moved_between_levels_and_interfaces() {
         made.add("theta_moved", &["Time", "nCells", "nVertLevelsP1"], moved);
         let folder = folder(&made, &two(first, second));
         folder.write("by_hand.toml", two(first, &format!("{second}_moved")));
-        folder.render(&format!("--layers {layers} -o out.png"));
+        let text = folder.render(&format!("--layers {layers} -o out.png"));
+        let drawn = [(first, counts[0]), (second, counts[1])].map(|(name, n)| format!("{name} at cells, {n} layers"));
+        let note = format!("{second} lies on other layers than {first}: interpolated to these in height");
+        has(&text, &[&drawn[0], &drawn[1], &note]);
         let text = folder.prints(&format!("made.nc --scene by_hand.toml -o by_hand.png --layers {layers}"));
         assert!(!text.contains("interpolated"), "{text}");
         let apart = difference(&folder.at("out.png"), &folder.at("by_hand.png"));
