@@ -3,8 +3,8 @@
 //!
 //! This program has one test, as allocations of others would be counted too.
 
-use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Reals, Renderer, Scene};
-use icoray_tests::layouts::{LAYOUTS, Layout, Numbered};
+use icoray::{Field, Frame, Grid, GridTables, IcosahedralMesh, Layers, Location, Reals, Renderer, Scene};
+use icoray_tests::layouts::{LAYOUTS, Layout};
 use icoray_tests::{covered, scene};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use std::alloc::System;
@@ -108,7 +108,10 @@ fn pictures_copy_nothing() {
 fn tables_are_not_copied(renderer: &Renderer) {
     let asked = |level: u32| {
         let mesh = IcosahedralMesh::new(level).unwrap();
-        let (narrow, wide) = (Numbered::<i32>::new(&mesh, 1), Numbered::<i64>::new(&mesh, 1));
+        let wide = [&mesh.cell_corner, &mesh.corner_cell, &mesh.corner_edge, &mesh.edge_corner]
+            .map(|table| table.iter().map(|&number| i64::from(number)).collect::<Vec<_>>());
+        let [cell_corner, corner_cell, corner_edge, edge_corner] = wide.each_ref().map(|table| table.as_slice().into());
+        let wide = GridTables { cell_corner, corner_cell, corner_edge, edge_corner, ..mesh.tables() };
         let bytes = |tables| {
             let check = || {
                 let region = Region::new(ALLOCATOR);
@@ -117,7 +120,7 @@ fn tables_are_not_copied(renderer: &Renderer) {
             };
             (0..3).map(|_| check()).min().unwrap()
         };
-        let [narrow, wide] = [narrow.tables(&mesh), wide.tables(&mesh)].map(bytes);
+        let [narrow, wide] = [mesh.tables(), wide].map(bytes);
         assert_eq!(narrow, wide);
         (narrow, mesh.cells())
     };
