@@ -72,19 +72,6 @@ fn the_command_may_set_the_tolerance_and_name_the_map_of_errors() {
 }
 
 #[test]
-fn all_times_give_a_picture_each() {
-    let folder = folder(&Made::history(), &scene("w", 0.0, 2042.0));
-    let text = folder.render("--time all -o pictures/ --size 32x32");
-    assert_eq!(text.matches("picture ").count(), 3, "{text}");
-    for time in 0..3 {
-        let picture = folder.at(format!("pictures/w_{time:06}.png"));
-        says(&picture, &[("field", "w"), ("step", &time.to_string())]);
-    }
-    let report = folder.text("pictures/report.csv");
-    assert_eq!(report.lines().count(), 4, "{report}");
-}
-
-#[test]
 fn pictures_that_are_there_are_replaced_unless_they_are_to_stay() {
     let folder = folder(&Made::history(), &(scene("theta", 0.0, 42.0) + "[output]\nerror = \"e{step}.png\"\n"));
     let keep = |more: &str, there: &str| {

@@ -4,7 +4,6 @@ use crate::files::folder;
 use crate::made::Made;
 use crate::run::{Folder, has, says, scene, shows_something};
 use std::fs;
-use std::path::Path;
 
 /// A history whose only field is surface pressure.
 fn flat() -> Made {
@@ -34,24 +33,6 @@ fn a_file_of_2d_fields_is_drawn_alone() {
     has(&text, &["layers     1: a 2D field, shown as a surface on the sphere", "2000 to 2041"]);
     let line = text.lines().find(|line| line.starts_with("surface_pressure ")).unwrap();
     assert_eq!(line.split_whitespace().collect::<Vec<_>>()[..4], ["surface_pressure", "cells", "1", "f32"]);
-}
-
-/// The middle pixel of a picture without labels, linear.
-fn middle(path: &Path) -> [f32; 4] {
-    let picture = image::open(path).unwrap().to_rgba32f();
-    picture.get_pixel(picture.width() / 2, picture.height() / 2).0
-}
-
-#[test]
-fn a_surface_has_the_colour_of_its_value() {
-    let folder = Folder::of(&flat());
-    // All values are below the range or above it: the first or the last colour, unshaded and opaque.
-    for (range, color) in [("5000..6000", [0.058, 0.0, 0.089]), ("0..100", [0.982, 0.799, 0.018])] {
-        folder.render_alone(&format!("--colormap viridis --range {range} --lon 7 --lat 11 -o a.exr"));
-        let [r, g, b, alpha] = middle(&folder.at("a.exr"));
-        let is_near = [r, g, b].iter().zip(color).all(|(a, b)| (a - b).abs() < 0.01);
-        assert!(is_near && alpha == 1.0, "{range}: {:?}", [r, g, b, alpha]);
-    }
 }
 
 #[test]
