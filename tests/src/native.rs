@@ -6,7 +6,8 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// Options with which programs in C are compiled that need no warning of theirs.
+/// Options with which programs in C are compiled: the standard, and warnings that are errors. Struct initialisers name or
+/// begin with a few members; the others are zero.
 pub const C_OPTIONS: [&str; 7] =
     ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-missing-field-initializers", "-O1"];
 

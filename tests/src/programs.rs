@@ -1,6 +1,6 @@
 //! Programs in C of `tests/c`, each compiled once by a process.
 
-use crate::native::{linked, root, succeeded};
+use crate::native::{C_OPTIONS, linked, root, succeeded};
 use std::collections::BTreeMap;
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -14,7 +14,7 @@ pub struct Program<'a> {
     pub library: &'a Path,
     /// The compiler's name.
     pub compiler: &'a str,
-    /// The compiler's options besides warnings, which are errors.
+    /// The standard, and options besides those of all.
     pub options: &'a [&'a str],
     /// Files of `tests/c`, or absolute paths, without `.c`.
     pub sources: &'a [&'a str],
@@ -47,9 +47,7 @@ impl Program<'_> {
     /// The compiler's command but for its output.
     fn command(&self) -> Command {
         let mut command = Command::new(self.compiler);
-        // Struct initialisers name or begin with a few members; the others are zero.
-        let warnings = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-missing-field-initializers"];
-        command.args(self.options).arg("-O1").args(warnings);
+        command.args(self.options).args(&C_OPTIONS[1..]);
         let sources = self.sources.iter().map(|source| root().join("tests/c").join(source).with_extension("c"));
         command.arg("-I").arg(root().join("include")).args(sources);
         // After the sources, so that -x does not make it a source too.

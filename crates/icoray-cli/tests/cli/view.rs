@@ -14,12 +14,8 @@ fn the_shown_picture_is_that_of_the_saved_scene() {
     let viewer = folder.view(&[]);
     let change = r#"{"changes":[{"path":["camera","lon"],"value":30},{"path":["transfer","map"],"value":"plasma"}],
                      "time":1,"size":[120,90]}"#;
-    let changed = viewer.post("/api/change", change).json();
-    let facts = viewer.at_rest(changed["revision"].as_u64().unwrap());
-    assert_eq!(
-        (facts["width"].as_u64(), facts["height"].as_u64(), facts["time"].as_u64()),
-        (Some(120), Some(90), Some(1))
-    );
+    let facts = viewer.at_rest(viewer.change(change));
+    assert_eq!([&facts["width"], &facts["height"], &facts["time"]], [120, 90, 1]);
     let scene = viewer.get("/api/scene").json();
     folder.write("scene.toml", scene["text"].as_str().unwrap());
     let command = scene["command"].as_str().unwrap();
@@ -60,9 +56,8 @@ fn changes_are_taken_whole_and_undone() {
     }
     assert_eq!(text(), first);
     // A scene that has an image keeps its size.
-    let revision = viewer.post("/api/change", r#"{"changes":[{"path":["camera","lat"],"value":10}],"size":[50,40]}"#);
-    let facts = viewer.at_rest(revision.json()["revision"].as_u64().unwrap());
-    assert_eq!(facts["width"], 96);
+    let revision = viewer.change(r#"{"changes":[{"path":["camera","lat"],"value":10}],"size":[50,40]}"#);
+    assert_eq!(viewer.at_rest(revision)["width"], 96);
     assert!(text().contains("lat = 10"));
     assert_eq!(viewer.post("/api/undo", "").status, 200);
     assert_eq!(text(), first);
@@ -77,9 +72,7 @@ fn changes_are_taken_whole_and_undone() {
 fn another_field_is_shown_in_its_own_look() {
     let folder = Folder::of(&Made::history());
     let start = |field: &str| folder.view(&["--field", field]);
-    let sized = |viewer: &Viewer, size: &str| {
-        viewer.post("/api/change", &format!(r#"{{"size":{size}}}"#)).json()["revision"].as_u64().unwrap()
-    };
+    let sized = |viewer: &Viewer, size: &str| viewer.change(&format!(r#"{{"size":{size}}}"#));
     let viewer = start("theta");
     let values = || viewer.get("/api/scene").json()["values"].clone();
     sized(&viewer, "[120,90]");

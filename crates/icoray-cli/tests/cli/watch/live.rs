@@ -37,8 +37,7 @@ fn a_page_follows_the_watch_and_steers_the_next_picture() {
     // The time that is shown is drawn again for the page alone.
     let written = fs::read(&first).unwrap();
     let change = r#"{"changes":[{"path":["camera","lon"],"value":40}]}"#;
-    let revision = viewer.post("/api/change", change).json()["revision"].as_u64().unwrap();
-    let (_, turned) = viewer.first(revision, |_| true);
+    let (_, turned) = viewer.first(viewer.change(change), |_| true);
     assert!(turned != shown && fs::read(&first).unwrap() == written);
     watcher.wait("the note", || watcher.text().contains("live      a viewer has set camera.lon"));
     let kept = folder.text("out/live.toml");
