@@ -32,6 +32,7 @@ fn the_saved_scene_draws_the_same_picture() {
         let pictures = files.filter(|path| path.extension().is_some_and(|ending| ending != "csv"));
         let drawn: BTreeMap<_, _> = pictures.map(|path| (path.clone(), fs::read(path).unwrap())).collect();
         fs::remove_dir_all(folder.at("out")).unwrap();
+        assert!(!drawn.is_empty());
         drawn
     };
     for (more, to) in [
