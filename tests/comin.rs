@@ -2,7 +2,7 @@
 //! ICORAY_COMIN names its prefix.
 
 use icoray_test_support::{Need, runs_long, skip, skip_because};
-use icoray_tests::native::{C_OPTIONS, command, linked, log_of, mpi_library, root, succeeded, with_small_disk};
+use icoray_tests::native::{C_OPTIONS, command, linked, log_of, mpi_library, root, succeeded};
 use icoray_tests::pictures::{Pictures, assert_distinct, assert_drew, column, pictures};
 use icoray_tests::ranks::FIRST;
 use std::path::{Path, PathBuf};
@@ -246,21 +246,6 @@ fn no_failure_ends_icon() {
     std::fs::write(run.join("pictures"), "").unwrap();
     let log = new.run(2, &run, &["scene.toml", "1", "0", "1"]);
     assert!(log.contains("icoray: warning: ") && log.contains("pictures"), "{log}");
-}
-
-/// In a small file system in a mount namespace, which ends with the host.
-#[test]
-fn a_full_disk_does_not_end_icon() {
-    let Some(directory) = FIRST.directory() else { return };
-    let double = Double::new(directory.path(), 2);
-    let run = prepared(directory.path(), "full", |scene| scene);
-    std::fs::create_dir(run.join("pictures")).unwrap();
-    let inner = double.host(2, &run, &double.plugin(), &["scene.toml", "1", "0", "9"]);
-    let Some(mut host) = with_small_disk(&inner, "24k", "pictures") else { return };
-    let log = ended_well(2, &mut host);
-    assert!(log.contains("No space left on device"), "{log}");
-    // After three failed frames in a row icoray switches itself off.
-    assert!(log.matches("icoray: warning").count() < 12, "{log}");
 }
 
 /// The real library, with values that ComIn's own replay plugin sets.

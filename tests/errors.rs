@@ -1,9 +1,9 @@
-//! Distances of pixels from the exact integral, against their errors; and time budgets.
+//! Distances of pixels from the exact integral, against their errors.
 //!
 //! The oracle integrates the same interpolant to ten digits by other means; every pixel of every picture is compared.
 
 use glam::DVec3;
-use icoray::{Certainty, Frame, Lights, Precision, Renderer, Scene};
+use icoray::{Certainty, Frame, Precision, Renderer, Scene};
 use icoray_reference::comparison::median;
 use icoray_reference::job::Job;
 use icoray_reference::oracle;
@@ -98,6 +98,8 @@ fn looks<'s>(fine: &'s Sphere, thick: &'s Sphere) -> Vec<Look<'s>> {
         Look::new("steps, thick", thick, scene(64, FAR, STEPS, hollow)),
         Look::new("spike", fine, scene(128, FAR, SPIKE, "")),
         Look::new("spike, thick", thick, scene(64, FAR, SPIKE, hollow)),
+        // Knots that are close to each other at one end of the range make no error.
+        Look::new("decades", fine, scene(128, FAR, DECADES, "")),
         Look::new("lit", fine, scene(96, FAR, &lit, "")),
         Look::new("lit, thick", thick, scene(48, FAR, &lit, hollow)),
     ]
@@ -114,7 +116,7 @@ fn no_error_of_a_pixel_is_larger_than_the_reported_one() {
             let errors = look.check(tolerance, Precision::F64);
             // Errors below half a last digit of the picture's own f32 are not seen.
             assert!(errors.median_reported < look.max_ratio * errors.median.max(3e-8), "{}: {errors:?}", look.name);
-            assert!(errors.max <= tolerance + 6e-8, "{}: {errors:?}", look.name);
+            assert!(errors.max.max(errors.max_reported) <= tolerance + 6e-8, "{}: {errors:?}", look.name);
         }
         for &tolerance in count(&[1e-3][..], &[1e-2, 1e-3, 1e-4, 1e-5]) {
             let errors = look.check(tolerance, Precision::F32);
@@ -125,18 +127,6 @@ fn no_error_of_a_pixel_is_larger_than_the_reported_one() {
             // The digits of f32 are not enough for all pixels of the spikes, which report so.
             assert!(errors.max <= tolerance + 3e-5, "{}: {errors:?}", look.name);
         }
-    }
-}
-
-/// Knots that are close to each other at one end of the range make no error.
-#[test]
-fn errors_of_knots_over_decades_are_those_of_others() {
-    let sphere = Sphere::new(4, 20, [1.0, 1.15], multi_scale).unwrap();
-    let look = Look::new("decades", &sphere, scene(128, FAR, DECADES, ""));
-    for &tolerance in count(&[1e-3][..], &[1e-2, 1e-3, 1e-4, 1e-5, 1e-6]) {
-        let errors = look.check(tolerance, Precision::F64);
-        assert!(errors.median_reported < look.max_ratio * errors.median.max(3e-8), "{errors:?}");
-        assert!(errors.max.max(errors.max_reported) <= tolerance + 6e-8, "{errors:?}");
     }
 }
 
@@ -170,33 +160,4 @@ fn errors_follow_the_tolerance() {
     assert_eq!((tight.error.certainty, tight.quality.tolerance), (Certainty::Bound, 1e-5));
     assert_eq!(look.render(1e-2, Precision::F32).report.error.certainty, Certainty::Estimate);
     assert!(loose.error.mean < loose.error.p999 && loose.error.p999 <= loose.error.max);
-}
-
-/// A budget that is too small for the whole frame is kept, and the coarser quality is reported.
-#[test]
-fn a_time_budget_is_kept_by_a_coarser_frame() {
-    let sphere = Sphere::new(5, 30, [1.0, 1.15], multi_scale).unwrap();
-    let (grid, field) = (sphere.grid().unwrap(), sphere.field().unwrap());
-    let renderer = Renderer::new(0).unwrap();
-    let mut scene = scene(400, FAR, &format!("{SMOOTH}\n{LIGHT}"), "");
-    scene.tolerance = 1e-4;
-    let whole = renderer.render(&scene, &grid, &sphere.layers, &field).unwrap();
-    assert_eq!((whole.report.quality.pixel_step, whole.report.quality.lights), (1, Lights::Full));
-    scene.time_budget_ms = Some(1e9);
-    let same = renderer.render(&scene, &grid, &sphere.layers, &field).unwrap();
-    assert!(same.pixels == whole.pixels && same.report.quality == whole.report.quality);
-    let seconds = whole.report.timing.prepare_s + whole.report.timing.render_s;
-    scene.time_budget_ms = Some(1000.0 * seconds / 30.0);
-    let short = renderer.render(&scene, &grid, &sphere.layers, &field).unwrap();
-    let quality = short.report.quality;
-    println!(
-        "{seconds:.3} s whole; {quality}: {:.3} s, {}",
-        short.report.timing.prepare_s + short.report.timing.render_s,
-        short.report.error
-    );
-    assert!(quality.pixel_step > 1 && quality.tolerance == 1e-2 && quality.lights != Lights::Full, "{quality}");
-    assert_eq!((short.pixels.len(), short.error.len()), (whole.pixels.len(), whole.error.len()));
-    assert!(short.report.counts.rays < whole.report.counts.rays / 2);
-    assert_eq!(short.report.error.certainty, Certainty::Estimate);
-    assert!(short.report.error.max > whole.report.error.max);
 }

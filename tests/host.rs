@@ -16,7 +16,7 @@ fn directory() -> TempDir {
     made.or_else(|_| TempDir::new()).unwrap()
 }
 
-/// A program in a directory of its own, which may run things as another user.
+/// A program in a directory of its own.
 struct Program {
     name: &'static str,
     directory: TempDir,
@@ -34,23 +34,16 @@ impl Program {
         self.directory.path()
     }
 
-    /// The program, to be run under `wrapper`, given its directory first.
-    fn under(&self, wrapper: &[&str]) -> Command {
-        let mut command = match wrapper {
-            [] => command(&self.path, self.at()),
-            [first, rest @ ..] => {
-                let mut command = command(first, self.at());
-                command.args(rest).arg(&self.path);
-                command
-            }
-        };
+    /// The program, given its directory.
+    fn command(&self) -> Command {
+        let mut command = command(&self.path, self.at());
         command.arg(self.at());
         command
     }
 
     /// Runs it, with `arguments` behind its directory.
     fn checks(&self, arguments: &[&str], least: u32) -> Vec<String> {
-        checked(self.under(&[]).args(arguments), self.name, least)
+        checked(self.command().args(arguments), self.name, least)
     }
 }
 
@@ -80,13 +73,13 @@ programs! {
 fn the_process_is_left_as_it_is() {
     let program = Program::new("host_process");
     // Nothing on either stream, with a backtrace asked for: checked() sees to that.
-    checked(program.under(&[]).env("RUST_BACKTRACE", "full"), program.name, 100);
+    checked(program.command().env("RUST_BACKTRACE", "full"), program.name, 100);
 }
 
 #[test]
 fn only_log_stderr_prints() {
     let program = Program::new("host_process");
-    let output = succeeded(program.under(&[]).arg("loud"));
+    let output = succeeded(program.command().arg("loud"));
     let stderr = text(&output.stderr);
     assert!(stderr.starts_with("icoray: warning: bad scene: ") && stderr.lines().count() == 1, "{stderr}");
     assert_eq!(text(&output.stdout), "host_process: 3 checks, 0 failed\n");
@@ -148,13 +141,7 @@ fn sanitizers_find_nothing() {
     checked(&mut sanitized("host_writer", &["gone"]), "host_writer", 50);
     checked(&mut sanitized("host_writer", &["watched"]), "host_writer", 100);
     // They can fail: a mesh that is not freed is found.
-    let lost = command_failing(&mut sanitized("host_leak", &[]));
-    assert!(lost.contains("LeakSanitizer"), "{lost}");
-}
-
-/// What a program that must fail says.
-fn command_failing(command: &mut Command) -> String {
-    let output = command.output().unwrap();
-    assert!(!output.status.success(), "{command:?} succeeded");
-    text(&output.stderr)
+    let lost = sanitized("host_leak", &[]).output().unwrap();
+    let said = text(&lost.stderr);
+    assert!(!lost.status.success() && said.contains("LeakSanitizer"), "{said}");
 }

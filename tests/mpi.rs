@@ -21,7 +21,7 @@ impl<'a> Run<'a> {
         Run::against((mpi.library)(), mpi, name)
     }
 
-    fn against(library: &Path, mpi: &'a Mpi, name: &'static str) -> Self {
+    fn against(library: PathBuf, mpi: &'a Mpi, name: &'static str) -> Self {
         Run { mpi, name, program: mpi.compile(library, name), directory: TempDir::new().unwrap() }
     }
 

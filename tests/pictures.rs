@@ -1,21 +1,15 @@
-//! Pictures against closed forms, the exact integral over all triangles, and each other. Random and hard scenes are
-//! compared with the references in `random.rs` and in icoray-reference.
+//! Pictures against closed forms and each other. Random and hard scenes are compared with the references in `random.rs`
+//! and in icoray-reference.
 
 use glam::DVec3;
-use icoray::{CenterField, Field, Frame, Grid, Layers, Location, Method, Precision, Renderer, Scene, Shape};
+use icoray::{Field, Frame, Grid, Layers, Location, Method, Precision, Renderer, Scene};
 use icoray_reference::comparison::Comparison;
-use icoray_reference::job::Job;
-use icoray_reference::oracle;
 use icoray_reference::radial::Radial;
 use icoray_reference::ray::Ray;
 use icoray_reference::sphere::{Sphere, multi_scale};
 use icoray_tests::{covered, scene};
 
 const FAR: &str = "lon = 20\nlat = 35\ndistance = 3.5\nfov = 40";
-const KNOTS: &str = r##"unit_length = 0.1
-knots = [ { value = -0.6, color = "#2040ff", opacity = 0.7 }, { value = -0.2, color = "#20c0ff", opacity = 0.1 },
-          { value = 0.0, color = "white", opacity = 0 }, { value = 0.15, color = "yellow", opacity = 0 },
-          { value = 0.3, color = "orange", opacity = 0.6 }, { value = 0.7, color = "red", opacity = 0.9 } ]"##;
 
 fn render(scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Frame {
     Renderer::new(2).unwrap().render(scene, grid, layers, field).unwrap()
@@ -87,77 +81,6 @@ fn the_radial_field_converges_to_its_ground_truth() {
         println!("{method:?}, lit {is_lit}: {rmse:?}");
         assert!(rmse[2] < 1.6e-3, "{method:?}, lit {is_lit}: {rmse:?}");
         assert!(rmse[0] > 3.2 * rmse[1] && rmse[1] > 3.2 * rmse[2], "order lost: {method:?}, lit {is_lit}: {rmse:?}");
-    }
-}
-
-/// NaN, infinities and fill values make the frusta around them void, and are counted.
-#[test]
-fn missing_values_are_void_frusta() {
-    let mut sphere = Sphere::new(2, 6, [0.9, 1.5], multi_scale).unwrap();
-    let cells = sphere.mesh.cells();
-    for (i, cell) in (0..cells).step_by(7).enumerate() {
-        let missing = [f32::NAN, f32::INFINITY, -9e33, f32::NEG_INFINITY][i % 4];
-        sphere.values[cell * 6 + i % 6] = missing;
-        sphere.values[cell * 6 + (i + 1) % 6] = missing;
-    }
-    let grid = sphere.grid().unwrap();
-    let shape = Shape::level_fastest(cells, 6);
-    let fill = Some(f64::from(-9e33f32));
-    let field = Field::new(sphere.values.as_slice().into(), shape, Location::Center, fill).unwrap();
-    let mut scene = scene(40, FAR, KNOTS, "core = \"#203040\"");
-    let job = Job { scene: &scene, grid: &grid, layers: &sphere.layers, field: &field };
-    let expected = oracle::brute_force(&job, &Renderer::new(2).unwrap()).unwrap();
-    for precision in [Precision::F64, Precision::F32] {
-        scene.precision = precision;
-        let frame = render(&scene, &grid, &sphere.layers, &field);
-        let difference = Comparison::new(&frame.pixels, &expected);
-        assert!(difference.max < 3e-5 && difference.rmse < 1e-6, "{precision:?}: {:e}", difference.max);
-        assert!(frame.report.counts.void_frusta > 1000);
-        assert_eq!(frame.report.missing_values, 2 * cells.div_ceil(7) as u64);
-    }
-    // All missing: an empty shell, and no error.
-    let nothing = vec![f64::NAN; cells * 6];
-    let field = Field::new(nothing.as_slice().into(), shape, Location::Center, None).unwrap();
-    let frame = render(&scene, &grid, &sphere.layers, &field);
-    assert_eq!(frame.report.value_range, None);
-    assert!(frame.pixels.iter().all(|p| p[3] == 0.0 || p[3] == 1.0));
-}
-
-/// A field at corners is averaged; full levels lie midway between interfaces.
-#[test]
-fn corner_fields_and_full_levels_are_placed() {
-    let sphere = Sphere::new(3, 8, [1.0, 1.3], |p| p.z).unwrap();
-    let grid = sphere.grid().unwrap();
-    let scene = scene(64, FAR, KNOTS, "");
-    let corners: Vec<f64> = (0..grid.triangles())
-        .flat_map(|t| (0..7).map(move |l| (t, l)))
-        .map(|(t, l)| (t % 13) as f64 / 13.0 - 0.1 * f64::from(l))
-        .collect();
-    let corner = Field::level_fastest(&corners, 7, Location::Corner).unwrap();
-    let center = CenterField::average(&grid, &corner).unwrap();
-    let a = render(&scene, &grid, &sphere.layers, &corner);
-    let b = render(&scene, &grid, &sphere.layers.midpoints().unwrap(), &center.field());
-    assert!(a.pixels == b.pixels);
-    assert_eq!(a.report.bytes_derived, grid.cells() * 7 * 8);
-    assert!(covered(&a) > 0.3);
-}
-
-/// (e): bitwise equal, any number of threads.
-#[test]
-fn pictures_do_not_depend_on_threads() {
-    let sphere = Sphere::new(4, 12, [1.0, 1.2], multi_scale).unwrap();
-    let grid = sphere.grid().unwrap();
-    let mut scene = scene(150, FAR, &format!("{KNOTS}\n[light]\nkind = \"headlight\""), "core = \"transparent\"");
-    scene.tolerance = 1e-3;
-    let field = sphere.field().unwrap();
-    let first = Renderer::new(1).unwrap().render(&scene, &grid, &sphere.layers, &field).unwrap();
-    assert!(covered(&first) > 0.3);
-    for threads in [1, 2, 3, 7] {
-        let again = Renderer::new(threads).unwrap().render(&scene, &grid, &sphere.layers, &field).unwrap();
-        let same =
-            again.pixels.iter().flatten().zip(first.pixels.iter().flatten()).all(|(a, b)| a.to_bits() == b.to_bits());
-        assert!(same && again.error == first.error, "{threads} threads");
-        assert_eq!(again.report.counts, first.report.counts);
     }
 }
 

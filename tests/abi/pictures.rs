@@ -4,7 +4,7 @@ use super::{VIEWS, compile_all};
 use icoray::output::write_picture;
 use icoray::{Field, Fields, Grid, IcosahedralMesh, Layers, Location, LonLat, Renderer, Scene};
 use icoray_tests::native::{checked, command, compile_c};
-use icoray_tests::pictures::{count_colors, groups};
+use icoray_tests::pictures::{count_colors, groups, rows};
 use image::RgbaImage;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -21,14 +21,6 @@ fn distance(one: &RgbaImage, other: &RgbaImage) -> f64 {
     sum as f64 / one.len() as f64
 }
 
-/// The cells of a line of CSV, of which one may be quoted.
-fn cells(line: &str) -> Vec<String> {
-    let parts = line.split('"').enumerate();
-    // A comma outside of quotes is an end, one inside is text.
-    let marked = parts.map(|(i, part)| if i % 2 == 0 { part.replace(',', "\0") } else { part.to_string() });
-    marked.collect::<String>().split('\0').map(str::to_string).collect()
-}
-
 /// Every directory below `directory` that has a report, with its pictures; the report must list just these.
 fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
     let mut pictures = Vec::new();
@@ -43,29 +35,23 @@ fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
     if pictures.is_empty() {
         return;
     }
-    let report = std::fs::read_to_string(directory.join("report.csv")).unwrap();
-    let mut rows = report.lines().map(cells);
-    let header = rows.next().unwrap();
-    let column = |name: &str| header.iter().position(|h| h == name).unwrap();
-    let (file, step, field) = (column("file"), column("step"), column("field"));
     let mut listed = Vec::new();
-    for row in rows {
-        assert_eq!(row.len(), header.len(), "{row:?}");
-        assert!(["f", "g", "corner", "thick f", "thick g", "flat g"].contains(&&*row[field]), "{row:?}");
-        assert!(row[file].ends_with(&format!("_{}.png", row[step])), "{row:?}");
-        let number = |name: &str| row[column(name)].parse::<f64>().unwrap();
+    for row in rows(&directory.join("report.csv")) {
+        assert!(["f", "g", "corner", "thick f", "thick g", "flat g"].contains(&&*row["field"]), "{row:?}");
+        assert!(row["file"].ends_with(&format!("_{}.png", row["step"])), "{row:?}");
+        let number = |name: &str| row[name].parse::<f64>().unwrap();
         let [max, mean, p999] = ["error_max", "error_mean", "error_p999"].map(number);
         assert!(0.0 < mean && mean <= max && 0.0 < p999 && p999 <= max && max <= 1e-3, "{row:?}");
-        assert!(["true", "false"].contains(&&*row[column("error_is_bound")]), "{row:?}");
+        assert!(["true", "false"].contains(&&*row["error_is_bound"]), "{row:?}");
         assert_eq!((number("tolerance"), number("pixel_step")), (1e-3, 1.0));
         assert_eq!(number("pixels_over_tolerance"), 0.0);
-        assert!(["off", "full"].contains(&&*row[column("lights")]), "{row:?}");
+        assert!(["off", "full"].contains(&&*row["lights"]), "{row:?}");
         assert_eq!(["ranks", "balance", "gather_s", "bytes_received"].map(number), [1.0, 1.0, 0.0, 0.0]);
         assert!(number("tiles") >= 1.0, "{row:?}");
         let may_copy =
             directory.components().any(|c| ["background", "at_once"].map(OsStr::new).contains(&c.as_os_str()));
         assert!(may_copy || number("bytes_copied") == 0.0, "{row:?}");
-        listed.push(directory.join(&row[file]));
+        listed.push(directory.join(&row["file"]));
     }
     listed.sort();
     pictures.sort();
@@ -195,20 +181,14 @@ fn all_views_of_a_scene_file_are_drawn() {
     expected.sort();
     for run in ["call", "background"] {
         assert_eq!(names_in(&at(run)), expected, "{run}");
-        let table = std::fs::read_to_string(at(run).join("sides.cdb/data.csv")).unwrap();
-        let mut rows = table.lines().map(|row| row.split(',').map(str::to_owned).collect::<Vec<_>>());
-        let head = rows.next().unwrap();
-        let column = |name: &str| head.iter().position(|h| h == name).unwrap();
-        let rows: Vec<_> = rows.collect();
-        let said: Vec<_> = rows
-            .iter()
-            .map(|row| ["step", "time", "lat", "lon", "FILE"].map(|name| row[column(name)].clone()))
-            .collect();
+        let table = rows(&at(run).join("sides.cdb/data.csv"));
+        let said: Vec<_> =
+            table.iter().map(|row| ["step", "time", "lat", "lon", "FILE"].map(|name| row[name].clone())).collect();
         let listed = |(lat, lon): &(i32, i32)| {
             let file = format!("5_{lat}_{lon}.png");
             ["5".into(), "300.0".into(), format!("{lat}.0"), format!("{lon}.0"), file]
         };
-        assert_eq!(said, places.iter().map(listed).collect::<Vec<[String; 5]>>(), "{table}");
+        assert_eq!(said, places.iter().map(listed).collect::<Vec<[String; 5]>>(), "{run}");
         let list = std::fs::read_to_string(at(run).join("two.ffconcat")).unwrap();
         assert_eq!(list.matches("file ").count(), 4, "{list}");
     }

@@ -2,7 +2,7 @@
 
 use super::drawn as pictures_of;
 use super::hosts::{Host, ended_well, prepared};
-use icoray_tests::native::{succeeded, text, with_small_disk};
+use icoray_tests::native::{succeeded, text};
 use icoray_tests::ranks::FIRST;
 
 /// What goes wrong is a line of the host's standard error, and the host ends well.
@@ -64,18 +64,4 @@ fn files_of_calls_that_cannot_be_made_do_not_end_the_host() {
             assert_eq!(pictures_of(&run).len(), 3, "{log}");
         }
     }
-}
-
-/// In a small file system of its own, which goes with the host.
-#[test]
-fn a_full_disk_does_not_end_the_host() {
-    let Some(directory) = FIRST.directory() else { return };
-    let host = Host::of_double(directory.path(), true);
-    let run = prepared(directory.path(), "full", "flat");
-    std::fs::create_dir(run.join("pictures")).unwrap();
-    let inner = host.command(2, &run, &["scene.toml", "wedges", "flat", "10", "column"]);
-    let Some(mut outer) = with_small_disk(&inner, "24k", "pictures") else { return };
-    let log = ended_well(2, &mut outer);
-    assert!(log.contains("No space left on device"), "{log}");
-    assert!(log.matches("icoray: warning").count() < 12, "{log}");
 }

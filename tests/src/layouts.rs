@@ -1,7 +1,7 @@
 //! One field in every layout that models have: where each model's own indexing puts a value, beside the [`Shape`] that
 //! has to find it there. The two are written down independently.
 
-use icoray::{GridTables, IcosahedralMesh, Indices, Shape};
+use icoray::Shape;
 
 /// Columns per block: leaves a last block that is filled in part, at the cells and at the corners of every mesh here.
 pub const NPROMA: usize = 50;
@@ -21,10 +21,6 @@ pub struct Layout {
 
 fn blocks(columns: usize, block: usize) -> usize {
     columns.div_ceil(block)
-}
-
-fn level_fastest(columns: usize, layers: usize) -> Shape {
-    Shape::level_fastest(columns, layers)
 }
 
 /// Every layout; the first is the plain one.
@@ -94,13 +90,13 @@ pub const LAYOUTS: &[Layout] = &[
     },
     Layout {
         name: "padded rows",
-        shape: |c, l| Shape { column_stride: l as isize + 3, ..level_fastest(c, l) },
+        shape: |c, l| Shape { column_stride: l as isize + 3, ..Shape::level_fastest(c, l) },
         len: |c, l| c * (l + 3),
         place: |c, l, _, layers| c * (layers + 3) + l,
     },
     Layout {
         name: "nCells + 1 columns, level-fastest",
-        shape: level_fastest,
+        shape: Shape::level_fastest,
         len: |c, l| (c + 1) * l,
         place: |c, l, _, layers| c * layers + l,
     },
@@ -112,13 +108,13 @@ pub const LAYOUTS: &[Layout] = &[
     },
     Layout {
         name: "columns backwards",
-        shape: |c, l| Shape { offset: (c - 1) * l, column_stride: -(l as isize), ..level_fastest(c, l) },
+        shape: |c, l| Shape { offset: (c - 1) * l, column_stride: -(l as isize), ..Shape::level_fastest(c, l) },
         len: |c, l| c * l,
         place: |c, l, columns, layers| (columns - 1 - c) * layers + l,
     },
     Layout {
         name: "layers backwards",
-        shape: |c, l| Shape { offset: l - 1, layer_stride: -1, ..level_fastest(c, l) },
+        shape: |c, l| Shape { offset: l - 1, layer_stride: -1, ..Shape::level_fastest(c, l) },
         len: |c, l| c * l,
         place: |c, l, _, layers| c * layers + layers - 1 - l,
     },
@@ -140,44 +136,5 @@ impl Layout {
             }
         }
         array
-    }
-}
-
-/// A mesh's index tables in another width and numbered from another base.
-#[derive(Debug, Clone)]
-pub struct Numbered<I> {
-    base: i32,
-    cell_corner: Vec<I>,
-    corner_cell: Vec<I>,
-    corner_edge: Vec<I>,
-    edge_corner: Vec<I>,
-}
-
-impl<I: From<i32>> Numbered<I> {
-    /// The tables of `mesh`, numbered from `base`.
-    pub fn new(mesh: &IcosahedralMesh, base: i32) -> Self {
-        let copy = |table: &[i32]| table.iter().map(|v| I::from(v + base)).collect();
-        Numbered {
-            base,
-            cell_corner: copy(&mesh.cell_corner),
-            corner_cell: copy(&mesh.corner_cell),
-            corner_edge: copy(&mesh.corner_edge),
-            edge_corner: copy(&mesh.edge_corner),
-        }
-    }
-
-    /// These tables with the positions of `mesh`.
-    pub fn tables<'a>(&'a self, mesh: &'a IcosahedralMesh) -> GridTables<'a>
-    where
-        Indices<'a>: From<&'a [I]>,
-    {
-        GridTables {
-            index_base: self.base,
-            cell_corner: self.cell_corner.as_slice().into(),
-            corner_cell: self.corner_cell.as_slice().into(),
-            corner_edge: self.corner_edge.as_slice().into(),
-            edge_corner: self.edge_corner.as_slice().into(),
-            ..mesh.tables()
-        }
     }
 }

@@ -5,9 +5,9 @@ use icoray_test_support::{Need, runs, skip};
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::sync::LazyLock;
 
-/// Options with which programs in C are compiled that need no warning of theirs.
+/// Options with which programs in C are compiled: the standard, and warnings that are errors. Struct initialisers name or
+/// begin with a few members; the others are zero.
 pub const C_OPTIONS: [&str; 7] =
     ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-missing-field-initializers", "-O1"];
 
@@ -25,30 +25,24 @@ fn beside_tests(name: &str) -> PathBuf {
 }
 
 /// The shared library.
-pub fn library() -> &'static Path {
-    static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| beside_tests("icoray_test"));
-    &LIBRARY
+pub fn library() -> PathBuf {
+    beside_tests("icoray_test")
 }
 
 /// The shared library with MPI, which the feature `mpi` builds.
-pub fn mpi_library() -> &'static Path {
-    static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| beside_tests("icoray_mpi_test"));
-    &LIBRARY
+pub fn mpi_library() -> PathBuf {
+    beside_tests("icoray_mpi_test")
 }
 
 /// The implementation of Catalyst with MPI, which the feature `mpi` builds.
-pub fn catalyst_library() -> &'static Path {
-    static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| beside_tests("catalyst_icoray"));
-    &LIBRARY
+pub fn catalyst_library() -> PathBuf {
+    beside_tests("catalyst_icoray")
 }
 
 /// The shared library for MPICH where `mpicc` is another MPI's: the one that ICORAY_MPICH_LIBRARY names.
-pub fn mpich_library() -> &'static Path {
-    static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| {
-        let named = std::env::var_os("ICORAY_MPICH_LIBRARY");
-        named.expect("ICORAY_MPICH_LIBRARY names the library for MPICH; `cargo xtask test --all` builds it").into()
-    });
-    &LIBRARY
+pub fn mpich_library() -> PathBuf {
+    let named = std::env::var_os("ICORAY_MPICH_LIBRARY");
+    named.expect("ICORAY_MPICH_LIBRARY names the library for MPICH; `cargo xtask test --all` builds it").into()
 }
 
 /// What a program printed.
@@ -84,7 +78,7 @@ pub fn ended_well(ranks: usize, host: &mut Command) -> String {
 
 /// Compiles a program of `tests/c`, named as the first of its sources, with warnings as errors.
 pub fn compile(compiler: &str, options: &[&str], sources: &[&str]) -> PathBuf {
-    Program { library: library(), compiler, options, sources }.path()
+    Program { library: &library(), compiler, options, sources }.path()
 }
 
 /// [`compile`] in C99.
@@ -93,7 +87,8 @@ pub fn compile_c(sources: &[&str]) -> PathBuf {
 }
 
 /// Arguments with which a compiler links a shared library, and programs find it where it is.
-pub fn linked(library: &Path) -> [OsString; 2] {
+pub fn linked(library: impl AsRef<Path>) -> [OsString; 2] {
+    let library = library.as_ref();
     let mut rpath = OsString::from("-Wl,-rpath,");
     rpath.push(library.parent().unwrap());
     [library.into(), rpath]

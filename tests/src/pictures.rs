@@ -68,12 +68,14 @@ pub fn count_colors(picture: &RgbaImage) -> usize {
     picture.pixels().collect::<HashSet<_>>().len()
 }
 
-/// The cells of a column of a CSV file in which no cell before it has a comma.
+/// The rows of a CSV file: their cells by the names of the columns.
+pub fn rows(file: &Path) -> Vec<BTreeMap<String, String>> {
+    csv::Reader::from_path(file).unwrap().into_deserialize().collect::<Result<_, _>>().unwrap()
+}
+
+/// The cells of a column of a CSV file.
 pub fn column(file: &Path, name: &str) -> Vec<String> {
-    let text = std::fs::read_to_string(file).unwrap();
-    let mut rows = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
-    let place = rows.next().unwrap().iter().position(|head| *head == name).unwrap();
-    rows.map(|row| row[place].to_owned()).collect()
+    rows(file).into_iter().map(|mut row| row.remove(name).unwrap()).collect()
 }
 
 /// Pictures that are the same.

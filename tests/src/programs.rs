@@ -1,8 +1,7 @@
-//! Programs in C of `tests/c`, each compiled once: again only when a source, a header or the library has changed.
+//! Programs in C of `tests/c`, each compiled once by a process.
 
-use crate::native::{linked, root, succeeded};
+use crate::native::{C_OPTIONS, linked, root, succeeded};
 use std::collections::BTreeMap;
-use std::fmt::Write;
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
@@ -15,13 +14,13 @@ pub struct Program<'a> {
     pub library: &'a Path,
     /// The compiler's name.
     pub compiler: &'a str,
-    /// The compiler's options besides warnings, which are errors.
+    /// The standard, and options besides those of all.
     pub options: &'a [&'a str],
     /// Files of `tests/c`, or absolute paths, without `.c`.
     pub sources: &'a [&'a str],
 }
 
-/// Programs of this process, by their directories: tests that need the same one at the same time wait for each other.
+/// Programs of this process: tests that need the same one at the same time wait for each other.
 static COMPILED: Mutex<BTreeMap<PathBuf, Arc<OnceLock<()>>>> = Mutex::new(BTreeMap::new());
 
 impl Program<'_> {
@@ -33,58 +32,27 @@ impl Program<'_> {
         let directory = target().join("tmp/programs").join(format!("{:016x}", hasher.finish()));
         let program = directory.join(Path::new(self.sources[0]).file_name().unwrap());
         let mut compiled = COMPILED.lock().unwrap_or_else(PoisonError::into_inner);
-        let once = compiled.entry(directory.clone()).or_default().clone();
+        let once = compiled.entry(program.clone()).or_default().clone();
         drop(compiled);
-        once.get_or_init(|| self.compile(&mut command, &directory, &program));
+        once.get_or_init(|| {
+            fs::create_dir_all(&directory).unwrap();
+            // Under another name first: another process may be running the old one, or compile it too.
+            let new = directory.join(format!("new-{}", std::process::id()));
+            succeeded(command.arg("-o").arg(&new));
+            fs::rename(&new, &program).unwrap();
+        });
         program
-    }
-
-    /// Compiles the program unless its directory says that it was made of the same files.
-    fn compile(&self, command: &mut Command, directory: &Path, program: &Path) {
-        let (stamp, inputs) = (directory.join("inputs"), self.inputs());
-        if program.is_file() && fs::read_to_string(&stamp).is_ok_and(|made_of| made_of == inputs) {
-            return;
-        }
-        fs::create_dir_all(directory).unwrap();
-        // Under another name first: another process may be running the old one, or compile it too.
-        let new = directory.join(format!("new-{}", std::process::id()));
-        succeeded(command.arg("-o").arg(&new));
-        fs::rename(&new, program).unwrap();
-        fs::write(stamp, inputs).unwrap();
     }
 
     /// The compiler's command but for its output.
     fn command(&self) -> Command {
         let mut command = Command::new(self.compiler);
-        // Struct initialisers name or begin with a few members; the others are zero.
-        let warnings = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-missing-field-initializers"];
-        command.args(self.options).arg("-O1").args(warnings);
-        command.arg("-I").arg(root().join("include")).args(self.source_paths());
+        command.args(self.options).args(&C_OPTIONS[1..]);
+        let sources = self.sources.iter().map(|source| root().join("tests/c").join(source).with_extension("c"));
+        command.arg("-I").arg(root().join("include")).args(sources);
         // After the sources, so that -x does not make it a source too.
         command.args(["-x", "none"]).args(linked(self.library)).args(["-lm", "-lpthread", "-ldl"]);
         command
-    }
-
-    fn source_paths(&self) -> impl Iterator<Item = PathBuf> {
-        self.sources.iter().map(|source| root().join("tests/c").join(source).with_extension("c"))
-    }
-
-    /// Each file that the program is made of, with its size and the time of its last change.
-    fn inputs(&self) -> String {
-        let mut files: Vec<PathBuf> = self.source_paths().collect();
-        let entries = fs::read_dir(root().join("tests/c")).unwrap().map(|entry| entry.unwrap().path());
-        // Sources include others.
-        files.extend(entries.filter(|path| path.extension().is_some_and(|end| end == "h" || end == "c")));
-        files.extend([root().join("include/icoray.h"), self.library.to_owned()]);
-        files.sort();
-        files.dedup();
-        let mut text = String::new();
-        for file in files {
-            let metadata = fs::metadata(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
-            let (size, changed) = (metadata.len(), metadata.modified().unwrap());
-            writeln!(text, "{} {size} {changed:?}", file.display()).unwrap();
-        }
-        text
     }
 }
 

@@ -14,7 +14,7 @@ pub struct Mpi {
     /// What a test lacks where it is not there.
     need: Need,
     /// That library.
-    pub library: fn() -> &'static Path,
+    pub library: fn() -> PathBuf,
 }
 
 /// The one that is found first.
@@ -39,10 +39,10 @@ impl Mpi {
     }
 
     /// A program of `tests/c` with what the others share, compiled against `library`.
-    pub fn compile(&self, library: &Path, name: &str) -> PathBuf {
+    pub fn compile(&self, library: impl AsRef<Path>, name: &str) -> PathBuf {
         let sources = &[name, "mpi_common", "mpi_cut", "host_common", "check"];
         let options = &["-std=c99", "-Wno-long-long"];
-        Program { library, compiler: self.compiler, options, sources }.path()
+        Program { library: library.as_ref(), compiler: self.compiler, options, sources }.path()
     }
 
     /// A program on so many ranks, more than there are processors if need be, stopped where it hangs.

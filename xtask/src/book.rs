@@ -69,14 +69,6 @@ fn page(root: &Path, path: &str) -> Result<Page, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::step::Steps;
-
-    #[test]
-    fn links_and_code_of_the_pages_are_sound() {
-        let workspace = Workspace::find().unwrap();
-        let checked = Steps::new(1).run("links", |step| check_links(&workspace, step));
-        assert_eq!(checked, Ok(()));
-    }
 
     #[test]
     fn the_readme_is_short() {

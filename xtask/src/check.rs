@@ -5,7 +5,6 @@ mod programs;
 mod python;
 mod suite;
 mod tally;
-mod times;
 
 use crate::error::Error;
 use crate::step::{Step, Steps, print_error, print_line};
@@ -119,6 +118,9 @@ const ADDED: &str = "GPU and MPI with their tests, pictures against references, 
                      damaged grids and frames, the Python package, each feature alone, programs linked with the \
                      installed library, slow commands of the pages, the book (about 30 minutes on 2 cores)";
 
+/// Number of parts whose seconds are printed.
+const LISTED: usize = 12;
+
 /// Runs all checks, even if some fail, so that one run shows all faults. The last line is `N passed, N failed, N
 /// skipped`; the exit code says whether all passed.
 pub fn run(workspace: &Workspace, all: bool, only: &str, install: bool) -> Result<ExitCode, Error> {
@@ -149,8 +151,9 @@ pub fn run(workspace: &Workspace, all: bool, only: &str, install: bool) -> Resul
     }
     times.extend(steps.times.iter().map(|(title, seconds)| (format!("step: {title}"), *seconds)));
     print_line(&format!("\nlongest, of {} s:", steps.started.elapsed().as_secs()));
-    let longest = times::kept(&workspace.products("").join(times::FILE), times)?;
-    longest.iter().chain(&tally.lines()).for_each(|line| print_line(line));
+    times.sort_by(|(_, one), (_, other)| other.total_cmp(one));
+    times.iter().take(LISTED).for_each(|(what, seconds)| print_line(&format!("{seconds:7.1} s  {what}")));
+    tally.lines().iter().for_each(|line| print_line(line));
     Ok(if failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 

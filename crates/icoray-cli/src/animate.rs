@@ -2,7 +2,7 @@
 
 use crate::failure::CommandResult;
 use crate::input::Input;
-use crate::render::{self, ExistingFiles, OutputOptions};
+use crate::render::{self, OutputOptions, existing};
 use crate::selection::Selection;
 use icoray::output::{Animated, Existing, NameTemplate, write_animation};
 use icoray::{Error, ErrorKind};
@@ -28,8 +28,8 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 10.0)]
     fps: f64,
     /// Treatment of a file of the same name
-    #[arg(long, value_name = "WHAT", value_enum, default_value_t = ExistingFiles::Overwrite)]
-    existing: ExistingFiles,
+    #[arg(long, value_name = "WHAT", value_parser = existing(), default_value = "overwrite")]
+    existing: Existing,
 }
 
 impl Args {
@@ -43,7 +43,7 @@ impl Args {
 
 /// Writes the animation and prints its size; pictures of files are drawn into a temporary folder first.
 pub fn run(mut args: Args, out: &mut impl Write) -> CommandResult {
-    let existing = Existing::from(args.existing);
+    let existing = args.existing;
     existing.prepare(&args.output)?;
     if args.input().is_none() {
         return write(&args.output, &args.selection.input.files, args.fps, existing, out);

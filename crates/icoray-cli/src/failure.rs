@@ -13,11 +13,6 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// Whether the reader of stdout has closed it, as `head` does.
-    pub fn is_closed_pipe(&self) -> bool {
-        matches!(self, Failure::Stdout(e) if e.kind() == io::ErrorKind::BrokenPipe)
-    }
-
     /// The error as sent to other ranks.
     pub fn to_error(&self) -> icoray::Error {
         match self {

@@ -1,57 +1,21 @@
-//! Options for the device that renders, and the list of GPUs.
+//! The device that renders, and the list of GPUs.
 
+use crate::input::one_of;
+use clap::builder::TypedValueParser;
 use icoray::device::FallbackReason;
-use icoray::{Adapter, Renderer, Result, Scene};
+use icoray::{Backend, Renderer, Result, Scene};
 
-/// The processor that draws, if the command names one.
-#[derive(clap::Args)]
-pub struct DeviceOptions {
-    /// Processor that draws, instead of the scene's backend
-    #[arg(long, value_name = "BACKEND", value_enum)]
-    backend: Option<Backend>,
-    /// One of several GPUs, instead of the scene's device: its number in `icoray devices`, or a part of its name
-    #[arg(long, value_name = "N|NAME")]
-    device: Option<Adapter>,
-}
-
-/// [`icoray::Backend`] as an option.
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum Backend {
-    /// A GPU if there is a real one, else the CPU
-    Auto,
-    /// The CPU
-    Cpu,
-    /// A GPU, or a processor that acts as one; the CPU for scenes that it does not support, with a note
-    Gpu,
-}
-
-impl DeviceOptions {
-    /// The options, and whether each is given.
-    pub fn given(&self) -> [(&'static str, bool); 2] {
-        [("--backend", self.backend.is_some()), ("--device", self.device.is_some())]
-    }
-
-    /// Overrides backend and device of the scene.
-    pub fn apply(&self, scene: &mut Scene) {
-        if let Some(backend) = self.backend() {
-            scene.backend = backend;
-        }
-        if self.device.is_some() {
-            scene.device.clone_from(&self.device);
-        }
-    }
-
-    pub fn backend(&self) -> Option<icoray::Backend> {
-        self.backend.map(|word| match word {
-            Backend::Auto => icoray::Backend::Auto,
-            Backend::Cpu => icoray::Backend::Cpu,
-            Backend::Gpu => icoray::Backend::Gpu,
-        })
-    }
-
-    pub fn device(&self) -> Option<&Adapter> {
-        self.device.as_ref()
-    }
+/// The parser of `--backend`.
+pub fn backend() -> impl TypedValueParser<Value = Backend> {
+    one_of([
+        ("auto", Backend::Auto, "A GPU if there is a real one, else the CPU"),
+        ("cpu", Backend::Cpu, "The CPU"),
+        (
+            "gpu",
+            Backend::Gpu,
+            "A GPU, or a processor that acts as one; the CPU for scenes that it does not support, with a note",
+        ),
+    ])
 }
 
 /// A renderer that may use the GPUs of the machine.

@@ -55,7 +55,8 @@ fn describe(args: &Args, file: &Dataset, progress: &Progress, out: &mut impl Wri
     writeln!(out, "mesh       {}", mesh.in_words())?;
     writeln!(out, "cells      {}", polygons(&tables))?;
     writeln!(out, "radius     {} m", file.sphere_radius_m())?;
-    writeln!(out, "positions  {}", precision(&tables))?;
+    let is_single = matches!(tables.center.lon_rad, Reals::F32(_));
+    writeln!(out, "positions  {}", if is_single { "f32" } else { "f64" })?;
     progress.stage("checking the grid");
     match mesh.grid() {
         Ok(grid) => {
@@ -78,13 +79,6 @@ fn polygons(tables: &GridTables) -> String {
     }
     let parts: Vec<String> = kinds.iter().map(|(corners, cells)| format!("{cells} with {corners} corners")).collect();
     parts.join(", ")
-}
-
-fn precision(tables: &GridTables) -> &'static str {
-    match tables.center.lon_rad {
-        Reals::F32(_) => "f32",
-        Reals::F64(_) => "f64",
-    }
 }
 
 fn times(file: &Dataset, out: &mut impl Write) -> CommandResult {

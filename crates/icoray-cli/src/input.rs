@@ -1,5 +1,6 @@
 //! The files that every command reads.
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use icoray::output::printed_units;
 use icoray::{Error, ErrorKind, Location, Result, Script};
 use icoray_dataset::{Dataset, DatasetOptions, FieldInfo, LayerSelection};
@@ -102,6 +103,15 @@ pub struct LayerOption {
     /// of a view's first field; of others that lie on interfaces or between them, those around or between
     #[arg(long, value_name = "A..B", default_value = "..", hide_default_value = true)]
     pub layers: LayerSelection,
+}
+
+/// A parser of one of these words, each with its value and its help.
+pub fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
+    words: [(&'static str, T, &'static str); N],
+) -> impl TypedValueParser<Value = T> {
+    let values = words.map(|(word, _, help)| PossibleValue::new(word).help(help));
+    let value = move |given: String| words.iter().find(|(word, ..)| *word == given).expect("a possible value").1;
+    PossibleValuesParser::new(values).map(value)
 }
 
 pub fn scene_text(path: &Path) -> Result<String> {

@@ -101,11 +101,6 @@ pub fn switch_locks_off() -> Result<()> {
     Err(Error::new(ErrorKind::Io, format!("cannot switch HDF5's locks off: {failed}")))
 }
 
-/// Reads header and times in a child first, of a file that is not classic.
-pub fn try_outline(path: &Path, is_classic: bool) -> Result<()> {
-    if is_classic { Ok(()) } else { try_in_child(path, &[]) }
-}
-
 /// Reads a record in a child first, of a file that is not classic.
 pub fn try_record(path: &Path, record: usize, variables: &[String]) -> Result<()> {
     if Outline::is_classic(path)? {
@@ -115,7 +110,8 @@ pub fn try_record(path: &Path, record: usize, variables: &[String]) -> Result<()
     try_in_child(path, &[&option, variables].concat())
 }
 
-fn try_in_child(path: &Path, words: &[String]) -> Result<()> {
+/// Reads a file in a child: header and times, or what the words say.
+pub fn try_in_child(path: &Path, words: &[String]) -> Result<()> {
     let error = |what| Error::new(ErrorKind::Io, format!("{}: {what}", path.display()));
     let mut command = own_program()?;
     command.args(["--isolated", "try-reading"]).arg(path).args(words);

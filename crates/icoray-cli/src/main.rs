@@ -124,7 +124,8 @@ fn main() -> ExitCode {
     };
     match done.and_then(|()| Ok(out.flush()?)) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(failure) if failure.is_closed_pipe() => ExitCode::SUCCESS,
+        // The reader of stdout has closed it, as `head` does.
+        Err(failure::Failure::Stdout(error)) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         // A launcher ends all ranks as soon as one has failed, so only the rank that prints the error returns a
         // failure.
         Err(failure::Failure::ReportedByRoot) => ExitCode::SUCCESS,

@@ -1,7 +1,7 @@
 //! Options that change a scene: its camera, size, quality and device.
 
-use crate::gpu::DeviceOptions;
-use icoray::{Error, ErrorKind, LightSource, Lighting, Lines, Result, Scene, Script};
+use crate::gpu;
+use icoray::{Adapter, Backend, Error, ErrorKind, LightSource, Lighting, Lines, Result, Scene, Script};
 
 /// Options that replace keys of a scene.
 #[derive(clap::Args)]
@@ -30,8 +30,12 @@ pub struct Overrides {
     /// Draw no title and no colour bar
     #[arg(long)]
     pub no_labels: bool,
-    #[command(flatten)]
-    pub device_options: DeviceOptions,
+    /// Processor that draws, instead of the scene's backend
+    #[arg(long, value_name = "BACKEND", value_parser = gpu::backend())]
+    pub backend: Option<Backend>,
+    /// One of several GPUs, instead of the scene's device: its number in `icoray devices`, or a part of its name
+    #[arg(long, value_name = "N|NAME")]
+    pub device: Option<Adapter>,
     /// Picture size in pixels, instead of the scene's
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<(u32, u32)>,
@@ -115,9 +119,10 @@ impl Overrides {
             ("--size", self.size.is_some()),
             ("--tolerance", self.tolerance.is_some()),
             ("--samples", self.samples.is_some()),
+            ("--backend", self.backend.is_some()),
+            ("--device", self.device.is_some()),
         ];
-        let mut given = given.into_iter().chain(self.device_options.given());
-        match given.find(|(_, is_given)| *is_given) {
+        match given.into_iter().find(|(_, is_given)| *is_given) {
             Some((option, _)) => {
                 let context = format!("{option}: expected no such option beside --scene; it is set on the page");
                 Err(Error::new(ErrorKind::Argument, context))
@@ -161,7 +166,8 @@ impl Overrides {
                 scene.labels = None;
             }
             scene.samples = self.samples.unwrap_or(scene.samples);
-            self.device_options.apply(scene);
+            scene.backend = self.backend.unwrap_or(scene.backend);
+            scene.device = self.device.clone().or(scene.device.take());
         }
         Ok(())
     }

@@ -5,9 +5,11 @@ mod pictures;
 mod target;
 
 use crate::failure::{CommandResult, Failure};
+use crate::input;
 use crate::ranks::RankTeam;
 use crate::selection::{Opened, Selection};
 use crate::suggested::{Scenes, Suggested};
+use clap::builder::TypedValueParser;
 use icoray::output::{Existing, NameTemplate};
 use icoray::{Error, ErrorKind, Ranks, Result, Script};
 use icoray_dataset::{Drawing, SceneFields, Series};
@@ -56,28 +58,17 @@ pub struct OutputOptions {
     /// Treatment of pictures of the same name: overwrite replaces each one when the new one is complete; never-modify
     /// keeps them, and the command fails before it draws. report.csv, and the scene's lists and databases, are added to
     /// either way
-    #[arg(long, value_name = "WHAT", value_enum, default_value_t = ExistingFiles::Overwrite)]
-    existing: ExistingFiles,
+    #[arg(long, value_name = "WHAT", value_parser = existing(), default_value = "overwrite")]
+    existing: Existing,
 }
 
-/// [`Existing`] as an option. The command overwrites by default, like other commands; the library, used by unattended
+/// The parser of `--existing`. Commands overwrite by default, like other commands; the library, used by unattended
 /// models, keeps existing files by default.
-#[derive(Clone, Copy, Default, clap::ValueEnum)]
-pub enum ExistingFiles {
-    /// Keep them, and fail
-    NeverModify,
-    /// Replace them
-    #[default]
-    Overwrite,
-}
-
-impl From<ExistingFiles> for Existing {
-    fn from(word: ExistingFiles) -> Self {
-        match word {
-            ExistingFiles::NeverModify => Existing::NeverModify,
-            ExistingFiles::Overwrite => Existing::Overwrite,
-        }
-    }
+pub fn existing() -> impl TypedValueParser<Value = Existing> {
+    input::one_of([
+        ("never-modify", Existing::NeverModify, "Keep them, and fail"),
+        ("overwrite", Existing::Overwrite, "Replace them"),
+    ])
 }
 
 /// Fails if two pictures of the run have the same file name.
@@ -175,7 +166,7 @@ impl Args {
         let Some(suggested) = suggested else { return Ok(()) };
         let saved = match &self.selection.scene_options.save_scene {
             Some(path) => {
-                suggested.save(path, self.output_options.existing.into())?;
+                suggested.save(path, self.output_options.existing)?;
                 format!("; saved as {}", path.display())
             }
             None => String::new(),
@@ -210,7 +201,7 @@ impl OutputOptions {
         if let Target::Directory(_) = target {
             expect_distinct(series)?;
         }
-        let queue = OutputQueue::new(target, self.existing.into(), self.error.as_deref())?;
+        let queue = OutputQueue::new(target, self.existing, self.error.as_deref())?;
         for &time in &series.times {
             let stamp = series.stamp(time);
             let certain = series.scheduled(time).into_iter().filter(|view| !series.is_uncertain(view));

@@ -1,7 +1,7 @@
 //! `icoray sample`: a file to try the other commands on.
 
 use crate::failure::CommandResult;
-use crate::render::ExistingFiles;
+use crate::render::existing;
 use icoray::output::Existing;
 use icoray_dataset::Sample;
 use std::io::Write;
@@ -14,13 +14,13 @@ pub struct Args {
     #[arg(value_name = "SAMPLE.nc")]
     output: PathBuf,
     /// Treatment of a file of the same name
-    #[arg(long, value_name = "WHAT", value_enum, default_value_t = ExistingFiles::Overwrite)]
-    existing: ExistingFiles,
+    #[arg(long, value_name = "WHAT", value_parser = existing(), default_value = "overwrite")]
+    existing: Existing,
 }
 
 /// Writes the file and prints a command that draws it.
 pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
-    Existing::from(args.existing).prepare(&args.output)?;
+    args.existing.prepare(&args.output)?;
     icoray_netcdf::write_sample(&args.output, &Sample::new()?)?;
     let path = args.output.display();
     writeln!(out, "sample    {path}; icoray render {path} draws it")?;

@@ -75,8 +75,8 @@ fn options(selection: &Selection, time: usize) -> suggest::Options {
         size: overrides.size,
         tolerance: overrides.tolerance,
         samples: overrides.samples,
-        backend: overrides.device_options.backend(),
-        device: overrides.device_options.device().cloned(),
+        backend: overrides.backend,
+        device: overrides.device.clone(),
         head: vec![command(selection, Some(time))],
         ..suggest::Options::default()
     }

@@ -154,7 +154,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
         let grid = match renderer.run(|| mesh.grid()) {
             Ok(grid) => grid,
             Err(error) => {
-                session.moments().iter().try_for_each(|moment| watch.fail(moment, error.clone(), out))?;
+                session.moments.iter().try_for_each(|moment| watch.fail(moment, error.clone(), out))?;
                 next = watch.next(None, out)?;
                 continue;
             }

@@ -137,39 +137,57 @@ pub fn runs_long() -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::process::{Output, Stdio};
-
-    /// Runs the test `child` of this file in a process of its own, with these variables and no others of ours.
-    fn in_child(child: &str, variables: &[(&str, &str)]) -> Output {
-        let mut command = Command::new(std::env::current_exe().unwrap());
-        for variable in ["ICORAY_TESTS", "ICORAY_SKIPPED", "ICORAY_REQUIRE", "ICORAY_TEST_DATA"] {
-            command.env_remove(variable);
-        }
-        command.args(["--exact", &format!("tests::{child}"), "--nocapture"]).env(CHILD, "");
-        command.envs(variables.iter().copied()).stdin(Stdio::null()).output().unwrap()
-    }
+    use std::process::Stdio;
 
     const CHILD: &str = "ICORAY_TEST_SUPPORT_CHILD";
 
-    fn is_child() -> bool {
-        std::env::var_os(CHILD).is_some()
-    }
-
-    fn text(bytes: &[u8]) -> String {
-        String::from_utf8_lossy(bytes).into_owned()
+    /// What the child does that [`CHILD`] names.
+    fn do_as_child(what: &str) {
+        match what {
+            "skip" => skip_because(Need::Gpu, "no driver"),
+            "tool" => println!("there {}", has_tool(Need::Valgrind, "icoray-no-such-tool")),
+            "count" => println!("count {}", count(1, 100)),
+            "file" => println!("file {:?}", data_file("Cargo.toml")),
+            _ => {
+                let _random = Random::new(35);
+                panic!("a failure");
+            }
+        }
     }
 
     #[test]
-    fn a_skip_is_printed_and_listed() {
-        if is_child() {
-            return skip_because(Need::Gpu, "no driver");
+    fn tests_do_as_their_environment_says() {
+        if let Ok(what) = std::env::var(CHILD) {
+            return do_as_child(&what);
         }
         let list = std::env::temp_dir().join(format!("icoray-skips-{}", std::process::id()));
-        for _ in 0..2 {
-            let variables = [("ICORAY_SKIPPED", list.to_str().unwrap()), ("ICORAY_REQUIRE", "mpi,data")];
-            let output = in_child("a_skip_is_printed_and_listed", &variables);
-            assert!(output.status.success(), "{}", text(&output.stderr));
-            assert!(text(&output.stdout).contains("skipped: no Vulkan adapter: no driver\n"));
+        let required = "no Vulkan adapter: no driver, and ICORAY_REQUIRE has `gpu`";
+        // What the child does, a variable of ours, whether it succeeds, and what it says.
+        for (what, variable, value, succeeds, expected) in [
+            ("skip", "ICORAY_SKIPPED", list.to_str().unwrap(), true, "skipped: no Vulkan adapter: no driver\n"),
+            ("skip", "ICORAY_SKIPPED", list.to_str().unwrap(), true, "skipped: no Vulkan adapter: no driver\n"),
+            ("skip", "ICORAY_REQUIRE", "mpi,data", true, "skipped: no Vulkan adapter: no driver\n"),
+            ("skip", "ICORAY_REQUIRE", "mpi,gpu", false, required),
+            ("skip", "ICORAY_REQUIRE", "all", false, required),
+            ("skip", "ICORAY_REQUIRE", "vulkan", false, "ICORAY_REQUIRE: unknown name `vulkan`; known are "),
+            ("tool", "ICORAY_TESTS", "", true, "skipped: no valgrind: `icoray-no-such-tool --version` fails\n"),
+            ("tool", "ICORAY_TESTS", "", true, "there false"),
+            ("count", "ICORAY_TESTS", "", true, "count 1\n"),
+            ("count", "ICORAY_TESTS", "all", true, "count 100\n"),
+            ("count", "ICORAY_TESTS", "long", false, "ICORAY_TESTS is \"long\""),
+            ("file", "ICORAY_TEST_DATA", env!("CARGO_MANIFEST_DIR"), true, "Cargo.toml\")"),
+            ("file", "ICORAY_TEST_DATA", "/nowhere", true, "skipped: no test data: /nowhere/Cargo.toml\nfile None\n"),
+            ("failure", "ICORAY_TESTS", "", false, "random numbers of seed 35\n"),
+        ] {
+            let mut child = Command::new(std::env::current_exe().unwrap());
+            for other in ["ICORAY_TESTS", "ICORAY_SKIPPED", "ICORAY_REQUIRE", "ICORAY_TEST_DATA"] {
+                child.env_remove(other);
+            }
+            child.args(["--exact", "tests::tests_do_as_their_environment_says", "--nocapture"]).stdin(Stdio::null());
+            let output = child.env(CHILD, what).env(variable, value).output().unwrap();
+            let said = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+            assert_eq!(output.status.success(), succeeds, "{what} {variable}={value}: {said}");
+            assert!(said.contains(expected), "{what} {variable}={value}: {said}");
         }
         let listed = std::fs::read_to_string(&list).unwrap();
         std::fs::remove_file(&list).unwrap();
@@ -177,71 +195,7 @@ mod tests {
         assert_eq!(lines.len(), 2, "{listed}");
         for line in lines {
             assert!(line[0].starts_with("icoray_test_support-"), "{listed}");
-            assert_eq!(line[1..], ["tests::a_skip_is_printed_and_listed", "no Vulkan adapter"]);
+            assert_eq!(line[1..], ["tests::tests_do_as_their_environment_says", "no Vulkan adapter"]);
         }
-    }
-
-    #[test]
-    fn a_skip_fails_where_its_need_is_required() {
-        if is_child() {
-            return skip_because(Need::Gpu, "no driver");
-        }
-        let name = "a_skip_fails_where_its_need_is_required";
-        for (list, expected) in [
-            ("mpi,gpu", "no Vulkan adapter: no driver, and ICORAY_REQUIRE has `gpu`"),
-            ("all", "no Vulkan adapter: no driver, and ICORAY_REQUIRE has `gpu`"),
-            ("vulkan", "ICORAY_REQUIRE: unknown name `vulkan`; known are "),
-        ] {
-            let output = in_child(name, &[("ICORAY_REQUIRE", list)]);
-            let said = text(&output.stdout) + &text(&output.stderr);
-            assert!(!output.status.success() && said.contains(expected), "{list}: {said}");
-        }
-    }
-
-    #[test]
-    fn a_failure_names_the_seed_of_its_numbers() {
-        if is_child() {
-            let _random = Random::new(35);
-            panic!("a failure");
-        }
-        let output = in_child("a_failure_names_the_seed_of_its_numbers", &[]);
-        assert!(!output.status.success());
-        assert!(text(&output.stdout).contains("random numbers of seed 35\n"), "{}", text(&output.stdout));
-    }
-
-    #[test]
-    fn counts_are_long_only_in_the_long_run() {
-        if is_child() {
-            return println!("count {}", count(1, 100));
-        }
-        for (value, expected) in [("", "count 1\n"), ("all", "count 100\n")] {
-            let output = in_child("counts_are_long_only_in_the_long_run", &[("ICORAY_TESTS", value)]);
-            assert!(text(&output.stdout).contains(expected), "{value}");
-        }
-        assert!(!in_child("counts_are_long_only_in_the_long_run", &[("ICORAY_TESTS", "long")]).status.success());
-    }
-
-    #[test]
-    fn data_files_are_found_in_the_named_folder() {
-        if is_child() {
-            return println!("file {:?}", data_file("Cargo.toml"));
-        }
-        let name = "data_files_are_found_in_the_named_folder";
-        let found = in_child(name, &[("ICORAY_TEST_DATA", env!("CARGO_MANIFEST_DIR"))]);
-        assert!(text(&found.stdout).contains("Cargo.toml\")"), "{}", text(&found.stdout));
-        let gone = in_child(name, &[("ICORAY_TEST_DATA", "/nowhere")]);
-        let said = text(&gone.stdout);
-        assert!(said.contains("skipped: no test data: /nowhere/Cargo.toml\n") && said.contains("file None"), "{said}");
-    }
-
-    #[test]
-    fn a_missing_tool_is_a_skip() {
-        if is_child() {
-            return println!("there {}", has_tool(Need::Valgrind, "icoray-no-such-tool"));
-        }
-        let output = in_child("a_missing_tool_is_a_skip", &[]);
-        let said = text(&output.stdout);
-        assert!(said.contains("skipped: no valgrind: `icoray-no-such-tool --version` fails\n"), "{said}");
-        assert!(said.contains("there false"), "{said}");
     }
 }

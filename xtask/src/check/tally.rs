@@ -155,18 +155,4 @@ test result: FAILED. 10 passed; 2 failed; 1 ignored; 0 measured; 0 filtered out;
         tally.add_pytest(&lines("INTERNALERROR> no tests"), false);
         assert_eq!(tally.lines(), ["0 passed, 1 failed, 0 skipped"]);
     }
-
-    #[test]
-    fn other_checks_count_one_each() {
-        let mut tally = Tally::default();
-        tally.add_whole(true);
-        tally.add_whole(false);
-        assert_eq!(tally.lines(), ["1 passed, 1 failed, 0 skipped"]);
-        tally.add_skipped("no data", 3);
-        assert_eq!(tally.lines(), ["3 skipped: no data", "1 passed, 1 failed, 3 skipped"]);
-        let mut sum = Tally::default();
-        sum.add(&tally);
-        sum.add(&tally);
-        assert_eq!(sum.lines(), ["6 skipped: no data", "2 passed, 2 failed, 6 skipped"]);
-    }
 }

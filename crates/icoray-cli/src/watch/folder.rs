@@ -137,7 +137,8 @@ impl Watched {
         if !has_settled && !is_classic.as_ref().is_ok_and(|is_classic| *is_classic) {
             return Ok(());
         }
-        let tried = is_classic.and_then(|is_classic| isolated::try_outline(&self.path, is_classic));
+        let try_reading = |is_classic| if is_classic { Ok(()) } else { isolated::try_in_child(&self.path, &[]) };
+        let tried = is_classic.and_then(try_reading);
         match tried.and_then(|()| Outline::read(&self.path)) {
             Ok(outline) => {
                 self.compare(outline, now);

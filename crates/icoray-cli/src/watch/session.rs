@@ -15,17 +15,11 @@ use std::time::Instant;
 
 /// Times of the same files, and these files.
 pub struct Session {
-    moments: Vec<Moment>,
+    pub moments: Vec<Moment>,
     pub file: Dataset,
     open_s: f64,
     /// Whether its time was drawn before and is drawn again for viewers alone.
     is_for_viewers: bool,
-}
-
-impl Session {
-    pub fn moments(&self) -> &[Moment] {
-        &self.moments
-    }
 }
 
 /// Whether an error is one of the files, so that others may do.

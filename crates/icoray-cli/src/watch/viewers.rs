@@ -45,7 +45,7 @@ impl Watch<'_> {
         let shown = page.view.shown().filter(|_| change.is_none());
         let view = page.view.view();
         let script = match &change {
-            Some(change) => parsed(&change.text),
+            Some(change) => Script::parse(&change.text).and_then(|mut set| set.name_by_date().map(|()| set)),
             None => Ok(self.script.clone()),
         };
         let drawn = script.and_then(|script| {
@@ -88,7 +88,7 @@ impl Watch<'_> {
         shown: Option<Arc<Frame>>,
         questions: &mut Vec<Question>,
     ) -> Result<Option<Frame>> {
-        let (file, time) = (&session.file, session.moments()[0].sources[0].record);
+        let (file, time) = (&session.file, session.moments[0].sources[0].record);
         let mut script = script.clone();
         script.show_as_surfaces(|name| file.field_info(name).is_ok_and(FieldInfo::is_2d));
         let (dates, seconds) = (file.times(), file.seconds());
@@ -108,11 +108,4 @@ impl Watch<'_> {
         }
         Ok(drawn)
     }
-}
-
-/// A scene that a viewer has set.
-fn parsed(text: &str) -> Result<Script> {
-    let mut script = Script::parse(text)?;
-    script.name_by_date()?;
-    Ok(script)
 }

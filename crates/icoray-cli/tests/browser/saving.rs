@@ -2,7 +2,6 @@
 
 use crate::browser::Browser;
 use crate::page::{Shown, hash};
-use crate::run::{icoray, prints};
 use fantoccini::Locator;
 use icoray_test_support::PATIENCE;
 use image::codecs::png::PngDecoder;
@@ -53,7 +52,7 @@ fn a_saved_scene_renders_the_bits_that_are_seen() {
         browser.click(&format!("#save-{format}"));
         let on_page = picture(saved(browser, &format!("picture.{format}"))).to_rgba32f();
         let name = format!("rendered.{format}");
-        prints(icoray(folder.path()).args(command.split(' ').skip(1)).args(["-o", &name]));
+        folder.prints(&format!("{} -o {name}", command.strip_prefix("icoray ").unwrap()));
         let rendered = picture(folder.at(&name));
         assert!(on_page == rendered.to_rgba32f(), "{format}: other pixels");
         if format == "png" {
@@ -86,9 +85,8 @@ fn an_animation_has_the_pictures_of_all_times() {
     let frames = decoder.apng().unwrap().into_frames().collect_frames().unwrap();
     assert_eq!(frames.len(), 3);
     for (time, frame) in frames.into_iter().enumerate() {
-        let (name, time) = (format!("{time}.png"), time.to_string());
-        let render = ["render", "made.nc", "--scene", "scene.toml", "--time", &time, "-o", &name];
-        folder.prints(render);
+        let name = format!("{time}.png");
+        folder.prints(&format!("render made.nc --scene scene.toml --time {time} -o {name}"));
         let rendered = picture(folder.at(&name)).to_rgba8();
         assert!(rendered == frame.into_buffer(), "time {time} has other pixels");
     }

@@ -12,10 +12,10 @@ fn pictures_with_tables_are_those_without() {
     for angles in [Angles::Radians, Angles::Degrees, Angles::Degrees32] {
         let folder = folder(&Made::icon_data(angles), &ta);
         Made::icon_grid().write_to(&folder.at("grid.nc"), Options::NETCDF4);
-        let text = folder.render(&["-o", "alone.png"]);
+        let text = folder.render("-o alone.png");
         let bytes = 42 * 4 * LAYERS;
         has(&text, &[&format!("note      ta is at corners: averaged to cell centres (derived, {bytes} bytes)")]);
-        folder.render(&["-o", "with.png", "--mesh", "grid.nc"]);
+        folder.render("-o with.png --mesh grid.nc");
         // Positions differ in their last digits.
         let apart = difference(&folder.at("alone.png"), &folder.at("with.png"));
         assert!(apart.max <= 2, "{apart:?}");
@@ -26,7 +26,7 @@ fn pictures_with_tables_are_those_without() {
 #[test]
 fn info_prints_layers_and_units() {
     let folder = Folder::of_netcdf4(&Made::icon_data(Angles::Radians));
-    let text = folder.prints(["info", "made.nc"]);
+    let text = folder.prints("info made.nc");
     let parts = [
         "mesh       ICON: 42 cells, 80 corners, 120 edges; corners are the triangles of the file, cells its points",
         "radius     6371229 m",
@@ -38,5 +38,5 @@ fn info_prints_layers_and_units() {
     let line = text.lines().find(|line| line.starts_with("ta ")).unwrap();
     assert_eq!(line.split_whitespace().collect::<Vec<_>>(), ["ta", "corners", "3", "f32", "K", "Temperature"]);
     folder.write("scene.toml", scene("ta", 0.0, 80.0));
-    has(&folder.prints(["plan", "made.nc", "--scene", "scene.toml", "--layers", "0..2"]), &["left out"]);
+    has(&folder.prints("plan made.nc --scene scene.toml --layers 0..2"), &["left out"]);
 }

@@ -74,8 +74,8 @@ fn damaged(whole: &[u8], seed: u64) -> Vec<u8> {
 }
 
 /// Whether a command succeeded without a word, or failed with one line.
-fn ends_in_one_line(command: &mut Command) -> Result<bool, String> {
-    let output = command.output().unwrap();
+fn ends_in_one_line(folder: &Folder, line: &str) -> Result<bool, String> {
+    let output = icoray(folder.path()).args(line.split(' ')).output().unwrap();
     let complaint = String::from_utf8(output.stderr).unwrap();
     let is_error = complaint.starts_with("icoray: error: ") && complaint.lines().count() == 1;
     match output.status.code() {
@@ -85,37 +85,37 @@ fn ends_in_one_line(command: &mut Command) -> Result<bool, String> {
     }
 }
 
+/// Damages `made.nc` and runs commands, each of which must end well or with one line.
+fn check_damaged(folder: &Folder, seeds: impl IntoIterator<Item = u64>, lines: &[&str]) {
+    let whole = folder.bytes("made.nc");
+    for seed in seeds {
+        folder.write("made.nc", damaged(&whole, seed));
+        for line in lines {
+            let ended = ends_in_one_line(folder, line);
+            assert!(ended.is_ok(), "{seed}: {line}: {ended:?}");
+        }
+    }
+}
+
 /// The first four end the process that reads them inside HDF5 1.10.8.
 #[test]
 fn damaged_files_end_in_one_line() {
     let folder = Folder::of_netcdf4(&Made::history());
-    let path = folder.at("made.nc");
-    let whole = fs::read(&path).unwrap();
-    for seed in [112, 163, 185, 206, 1, 2, 3, 4] {
-        fs::write(&path, damaged(&whole, seed)).unwrap();
-        for words in [&["info", "made.nc", "--ranges"][..], &["plan", "made.nc"], &["render", "made.nc", "-o", "a.png"]]
-        {
-            let ended = ends_in_one_line(icoray(folder.path()).args(words));
-            assert!(ended.is_ok(), "{seed}: {words:?}: {ended:?}");
-        }
-    }
+    let lines = ["info made.nc --ranges", "plan made.nc", "render made.nc -o a.png"];
+    check_damaged(&folder, [112, 163, 185, 206, 1, 2, 3, 4], &lines);
 }
 
 /// The same of a mesh that the files of a directory share, which is read before any of them comes.
 #[test]
 fn a_damaged_mesh_ends_a_watch_in_one_line() {
     let folder = Folder::of_netcdf4(&Made::mesh(true));
-    let path = folder.at("made.nc");
-    let whole = fs::read(&path).unwrap();
     fs::create_dir(folder.at("run")).unwrap();
     folder.write("scene.toml", "field = \"theta\"\n");
-    let words = ["watch", "run", "--scene", "scene.toml", "--once", "--settle", "0", "--mesh", "made.nc"];
-    assert_eq!(ends_in_one_line(icoray(folder.path()).args(words)), Ok(true));
-    fs::write(&path, &whole[..whole.len() / 2]).unwrap();
-    assert_eq!(ends_in_one_line(icoray(folder.path()).args(words)), Ok(false));
-    for seed in 0..8 {
-        fs::write(&path, damaged(&whole, seed)).unwrap();
-        let ended = ends_in_one_line(icoray(folder.path()).args(words));
-        assert!(ended.is_ok(), "{seed}: {ended:?}");
-    }
+    let watch = "watch run --scene scene.toml --once --settle 0 --mesh made.nc";
+    assert_eq!(ends_in_one_line(&folder, watch), Ok(true));
+    let whole = folder.bytes("made.nc");
+    folder.write("made.nc", &whole[..whole.len() / 2]);
+    assert_eq!(ends_in_one_line(&folder, watch), Ok(false));
+    folder.write("made.nc", whole);
+    check_damaged(&folder, 0..8, &[watch]);
 }

@@ -1,7 +1,7 @@
 //! Progress: a line on a terminal, and nothing elsewhere.
 
 use crate::made::Made;
-use crate::run::{Folder, has, icoray, prints};
+use crate::run::{Folder, has};
 use icoray_test_support::{Need, runs, skip};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -42,9 +42,8 @@ fn a_terminal_sees_the_stages_and_the_pictures() {
 fn nothing_is_on_stderr_that_is_no_terminal() {
     let folder = Folder::of(&Made::history());
     // `prints` looks at stderr.
-    for words in ["render made.nc --time all --size 64x48", "info made.nc --ranges", "plan made.nc"] {
-        folder.prints(words.split(' '));
+    for line in ["render made.nc --time all --size 64x48", "info made.nc --ranges", "plan made.nc"] {
+        folder.prints(line);
     }
-    let pictures = ["theta_2013-10-25_00.00.00_000000.png", "theta_2013-10-26_00.00.00_000001.png"];
-    prints(icoray(folder.path()).args(["animate", "-o", "a.png"]).args(pictures));
+    folder.prints("animate -o a.png theta_2013-10-25_00.00.00_000000.png theta_2013-10-26_00.00.00_000001.png");
 }

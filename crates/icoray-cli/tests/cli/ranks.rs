@@ -30,7 +30,7 @@ fn draw_on(ranks: usize, folder: &Path, more: &[&str]) -> Option<String> {
 #[test]
 fn ranks_draw_each_picture_of_a_series_together() {
     let folder = folder(&Made::history(), &scene("vorticity", 0.0, 2080.0));
-    folder.render(&["--time", "all", "-o", "alone", "--threads", "1"]);
+    folder.render("--time all -o alone --threads 1");
     for ranks in [1, 2, 3] {
         let to = format!("of {ranks}");
         let more = ["--time", "all", "-o", &to, "--threads", "1"];
@@ -53,7 +53,7 @@ fn ranks_draw_the_views_that_are_due_together() {
     let views = "[output]\ncinema = \"v.cdb\"\n[[views]]\nname = \"mean\"\nwhen = \"mean(theta) > 1020\"\n\
                  [[views]]\nname = \"other\"\nfield = \"w\"\nat_steps = [0]\ncamera.lat = 0\n";
     let folder = folder(&Made::history(), &(scene("theta", 0.0, 2080.0) + views));
-    folder.render(&["--time", "all", "-o", "alone", "--threads", "1"]);
+    folder.render("--time all -o alone --threads 1");
     let Some(said) = draw_on(2, folder.path(), &["--time", "all", "-o", "of 2", "--threads", "1"]) else {
         return;
     };
@@ -69,7 +69,7 @@ fn ranks_draw_the_views_that_are_due_together() {
 #[test]
 fn ranks_draw_native_heights_and_several_fields_together() {
     let folder = folder(&hills(), &native(&two("w", "theta")));
-    folder.render(&["--time", "0..2", "-o", "alone", "--size", "64x64", "--threads", "1"]);
+    folder.render("--time 0..2 -o alone --size 64x64 --threads 1");
     let more = ["--time", "0..2", "-o", "of 2", "--size", "64x64", "--threads", "1"];
     let Some(said) = draw_on(2, folder.path(), &more) else { return };
     has(&said, &["heights   zgrid of each column\n", "(2 ranks of 1 threads)"]);

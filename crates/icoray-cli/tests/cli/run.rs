@@ -2,7 +2,6 @@
 
 use crate::made::Made;
 use netcdf::Options;
-use std::ffi::OsStr;
 use std::fs;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -75,34 +74,34 @@ impl Folder {
         fs::read_dir(self.path()).unwrap().count()
     }
 
-    /// As [`prints`], of a command line.
+    /// As [`prints`], of a command line, whose words have no blanks.
     #[track_caller]
-    pub fn prints(&self, words: impl IntoIterator<Item: AsRef<OsStr>>) -> String {
-        prints(icoray(self.path()).args(words))
+    pub fn prints(&self, line: &str) -> String {
+        prints(icoray(self.path()).args(line.split_whitespace()))
     }
 
     /// Renders `made.nc` without `scene.toml`.
     #[track_caller]
-    pub fn render_alone(&self, more: &[&str]) -> String {
-        self.prints([&["render", "made.nc", "--size", "96x72"], more].concat())
+    pub fn render_alone(&self, more: &str) -> String {
+        self.prints(&format!("render made.nc --size 96x72 {more}"))
     }
 
     /// Renders `scene.toml`; all lines of the summaries.
     #[track_caller]
-    pub fn render(&self, more: &[&str]) -> String {
-        self.prints([&["render", "made.nc", "--scene", "scene.toml", "-v"], more].concat())
+    pub fn render(&self, more: &str) -> String {
+        self.prints(&format!("render made.nc --scene scene.toml -v {more}"))
     }
 
     /// As [`Self::render`], for a command that must fail.
     #[track_caller]
-    pub fn render_fails(&self, more: &[&str], code: i32, parts: &[&str]) {
-        self.fails([&["render", "made.nc", "--scene", "scene.toml"], more].concat(), code, parts);
+    pub fn render_fails(&self, more: &str, code: i32, parts: &[&str]) {
+        self.fails(&format!("render made.nc --scene scene.toml {more}"), code, parts);
     }
 
-    /// As [`fails`], of a command line.
+    /// As [`fails`], of a command line, whose words have no blanks.
     #[track_caller]
-    pub fn fails(&self, words: impl IntoIterator<Item: AsRef<OsStr>>, code: i32, parts: &[&str]) {
-        fails(icoray(self.path()).args(words), code, parts);
+    pub fn fails(&self, line: &str, code: i32, parts: &[&str]) {
+        fails(icoray(self.path()).args(line.split_whitespace()), code, parts);
     }
 }
 

@@ -31,38 +31,33 @@ fn files_of_a_run_are_one_series_by_their_dates() {
     write(&folder, "rho.nc", &part(&made, 0..3, |name| ["rho", "xtime"].contains(&name)));
     let both = scene("both", 0.0, 4000.0) + "[[derive]]\nname = \"both\"\nmagnitude = [\"theta\", \"rho\"]\n";
     folder.write("scene.toml", both);
-    let parts = ["rho.nc", "late.nc", "early.nc", "grid.nc"];
-    let draw = |files: &[&str], to: &str| {
-        let options = ["--scene", "scene.toml", "--time", "all", "--size", "32x32", "-o", to];
-        folder.prints([&["render"], files, &options].concat());
+    let parts = "rho.nc late.nc early.nc grid.nc";
+    let draw = |files: &str, to: &str| {
+        folder.prints(&format!("render {files} --scene scene.toml --time all --size 32x32 -o {to}"));
         (0..RECORDS).map(|step| folder.bytes(&format!("{to}/both_{step:06}.png"))).collect::<Vec<_>>()
     };
-    assert!(draw(&parts, "parts") == draw(&["whole.nc"], "whole"), "the pictures differ");
-    let text = folder.prints([&["info"], &parts[..], &["--ranges"]].concat());
+    assert!(draw(parts, "parts") == draw("whole.nc", "whole"), "the pictures differ");
+    let text = folder.prints(&format!("info {parts} --ranges"));
     let times = "times      0: 2013-10-25_00:00:00, 1: 2013-10-26_00:00:00, 2: 2013-10-27_00:00:00\n";
     has(&text, &["file       rho.nc\nfile       late.nc\n", times, "2000 to 2041.5"]);
-    let film = ["animate", "late.nc", "early.nc", "grid.nc", "--size", "32x32", "--no-labels", "-o", "film.png"];
+    let film = "animate late.nc early.nc grid.nc --size 32x32 --no-labels -o film.png";
     has(&folder.prints(film), &["animation film.png (32 x 32, 3 pictures, 10 per second"]);
-    let first = ["early.nc", "grid.nc", "--size", "32x32", "--no-labels", "-o", "first.png"];
-    let saved = ["late.nc", "grid.nc", "--size", "32x32", "--no-labels", "--save-scene", "last.toml"];
-    folder.prints(saved);
-    folder.prints([&first[..], &["--scene", "last.toml"]].concat());
+    folder.prints("late.nc grid.nc --size 32x32 --no-labels --save-scene last.toml");
+    folder.prints("early.nc grid.nc --size 32x32 --no-labels -o first.png --scene last.toml");
     let pixels = |name: &str| image::open(folder.at(name)).unwrap().into_rgba8();
     assert!(pixels("film.png") == pixels("first.png"), "the film does not begin with the first date");
     // A scene that is saved for one file names the pictures of others.
-    let save = ["early.nc", "grid.nc", "--size", "32x32", "--save-scene", "saved.toml"];
+    let save = "early.nc grid.nc --size 32x32 --save-scene saved.toml";
     has(&folder.prints(save), &["picture   theta_2013-10-25_00.00.00_000000.png"]);
-    let saved = folder.text("saved.toml");
-    has(&saved, &["# icoray render early.nc grid.nc --scene saved.toml --time 0\n"]);
-    let again = ["late.nc", "grid.nc", "--scene", "saved.toml", "--time", "0"];
+    has(&folder.text("saved.toml"), &["# icoray render early.nc grid.nc --scene saved.toml --time 0\n"]);
+    let again = "late.nc grid.nc --scene saved.toml --time 0";
     has(&folder.prints(again), &["picture   theta_2013-10-26_00.00.00_000000.png"]);
     // A variable that is not there at all times.
     write(&folder, "theta.nc", &part(&made, 0..3, |name| ["theta", "xtime"].contains(&name)));
     write(&folder, "w.nc", &part(&made, 1..2, |name| ["w", "xtime"].contains(&name)));
-    let lacking = ["theta.nc", "w.nc", "grid.nc", "--field", "w", "--time"];
-    folder.prints([&lacking[..], &["1"]].concat());
+    folder.prints("theta.nc w.nc grid.nc --field w --time 1");
     let parts = ["none of the files has w of time 0 (2013-10-25_00:00:00)"];
-    folder.fails([&lacking[..], &["0"]].concat(), 1, &parts);
+    folder.fails("theta.nc w.nc grid.nc --field w --time 0", 1, &parts);
 }
 
 #[test]
@@ -72,12 +67,10 @@ fn files_without_dates_follow_each_other_by_variable() {
     for (name, field, records) in [("a.nc", "theta", 0..1), ("b.nc", "w", 0..2), ("c.nc", "theta", 1..3)] {
         write(&folder, name, &part(&made, records, |name| name == field));
     }
-    let draw = |field: &str, time: &str| {
-        let files = ["a.nc", "b.nc", "c.nc", "grid.nc", "--size", "32x32", "-o", "x.png"];
-        folder.prints([&files[..], &["--field", field, "--time", time]].concat())
-    };
-    has(&draw("theta", "2"), &["time 2 (no date)", "range     2000 to 2041.38"]);
-    has(&draw("w", "1"), &["range     1000 to "]);
+    let files = "a.nc b.nc c.nc grid.nc --size 32x32 -o x.png";
+    let theta = folder.prints(&format!("{files} --field theta --time 2"));
+    has(&theta, &["time 2 (no date)", "range     2000 to 2041.38"]);
+    has(&folder.prints(&format!("{files} --field w --time 1")), &["range     1000 to "]);
 }
 
 #[test]
@@ -99,14 +92,11 @@ fn files_that_do_not_fit_each_other_are_named() {
     write(&folder, "packed1.nc", &packed(1.0));
     write(&folder, "packed2.nc", &packed(2.0));
     for (files, part) in [
-        (
-            ["a.nc", "thick.nc"],
-            "thick.nc: theta(Time = 1, nCells = 42, nVertLevelsP1 = 5) of double, expected the dimen",
-        ),
-        (["a.nc", "dateless.nc"], "dateless.nc: its times have no dates, expected dates as in the other files"),
-        (["packed1.nc", "packed2.nc"], "packed2.nc: scale_factor of counts is another one than in the files before"),
+        ("a.nc thick.nc", "thick.nc: theta(Time = 1, nCells = 42, nVertLevelsP1 = 5) of double, expected the dimen"),
+        ("a.nc dateless.nc", "dateless.nc: its times have no dates, expected dates as in the other files"),
+        ("packed1.nc packed2.nc", "packed2.nc: scale_factor of counts is another one than in the files before"),
     ] {
-        folder.fails([&["info"], &files[..]].concat(), 1, &[part]);
+        folder.fails(&format!("info {files}"), 1, &[part]);
     }
 }
 
@@ -119,13 +109,13 @@ fn differences_of_two_runs_are_drawn() {
     other.f64s("w")[0] = f64::NAN;
     write(&folder, "early.nc", &part(&other, 0..1, |name| name != "rho"));
     write(&folder, "late.nc", &part(&other, 1..3, |name| name != "rho"));
-    let text = folder.prints(["info", "a.nc", "--ranges", "--minus", "late.nc", "early.nc"]);
+    let text = folder.prints("info a.nc --ranges --minus late.nc early.nc");
     let row = |name: &str| text.lines().find(|line| line.starts_with(name)).unwrap().to_owned();
     has(&row("theta "), &["Potential temperature, less late.nc", "5 to 5"]);
     has(&row("w "), &["0 to 0"]);
     assert!(!text.contains("\nrho "), "{text}");
-    let draw = ["a.nc", "--minus", "early.nc", "--field", "w", "--time", "0", "--size", "32x32"];
+    let draw = "a.nc --minus early.nc --field w --time 0 --size 32x32";
     has(&folder.prints(draw), &["range     0 to 0", ", 1 missing"]);
-    let late = ["a.nc", "--minus", "early.nc", "--time", "1"];
-    folder.fails(late, 1, &["early.nc: theta has no record of time 1 (2013-10-26_00:00:00)"]);
+    let parts = ["early.nc: theta has no record of time 1 (2013-10-26_00:00:00)"];
+    folder.fails("a.nc --minus early.nc --time 1", 1, &parts);
 }

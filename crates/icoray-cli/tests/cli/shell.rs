@@ -7,7 +7,7 @@ use std::process::Command;
 #[test]
 fn completions_and_manual_pages_have_every_command() {
     let folder = Folder::new();
-    folder.prints(["manual", "share"]);
+    folder.prints("manual share");
     let read = |name: &str| fs::read_to_string(folder.at("share").join(name)).unwrap();
     for path in [
         "bash-completion/completions/icoray",
@@ -21,14 +21,14 @@ fn completions_and_manual_pages_have_every_command() {
     for absent in ["icoray-study.1", "icoray-help.1", "icoray-help-render.1"] {
         assert!(!folder.at("share/man/man1").join(absent).exists(), "{absent}");
     }
-    folder.fails(["manual", "/proc/man"], 1, &["/proc/man: cannot write the manual"]);
+    folder.fails("manual /proc/man", 1, &["/proc/man: cannot write the manual"]);
 }
 
 #[test]
 fn colour_maps_are_drawn_and_named() {
     let folder = Folder::new();
     let parts = ["picture   new/maps.png\n", "names     ", "viridis, viridis_bright"];
-    has(&folder.prints(["colormaps", "-o", "new/maps.png"]), &parts);
+    has(&folder.prints("colormaps -o new/maps.png"), &parts);
     assert!(image::open(folder.at("new/maps.png")).unwrap().width() > 1000);
 }
 

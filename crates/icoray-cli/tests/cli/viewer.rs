@@ -58,6 +58,11 @@ impl Viewer {
         self.page.ask(&format!("POST {path}"), body).unwrap()
     }
 
+    /// Changes the scene, and returns its revision.
+    pub fn change(&self, body: &str) -> u64 {
+        self.post("/api/change", body).json()["revision"].as_u64().unwrap()
+    }
+
     /// Facts and pixels of the first picture of a revision or a later one that `is_wanted`.
     pub fn first(&self, revision: u64, is_wanted: impl Fn(&Value) -> bool) -> (Value, image::RgbaImage) {
         let mut after = 0;

@@ -2,8 +2,7 @@
 
 use crate::files::folder;
 use crate::made::Made;
-use crate::real::data;
-use crate::run::{Folder, fails, has, icoray, pictures, prints, says, scene, shows_something};
+use crate::run::{fails, has, icoray, pictures, prints, says, scene, shows_something};
 use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
@@ -30,7 +29,7 @@ path = [{ step = 0, lon = 0, lat = 0 }, { step = 2, lon = 90, lat = 10, distance
 #[test]
 fn views_of_a_series_are_drawn_when_it_is_their_turn() {
     let folder = folder(&Made::history(), &(scene("theta", 0.0, 2042.0) + VIEWS));
-    let text = folder.render(&["--time", "all", "-o", "out", "--size", "32x32"]);
+    let text = folder.render("--time all -o out --size 32x32");
     let at = folder.at("out");
     let expected = [
         "late_rho_000002.png",
@@ -51,18 +50,18 @@ fn views_of_a_series_are_drawn_when_it_is_their_turn() {
     assert_eq!(folder.text("out/late.ffconcat").matches("file ").count(), 1);
     assert_eq!(folder.text("out/report.csv").lines().count(), 6);
     // A part of the series draws what the whole does, and a time by itself all views.
-    folder.render(&["--time", "1..", "-o", "part", "--size", "32x32"]);
+    folder.render("--time 1.. -o part --size 32x32");
     let part = folder.at("part");
     assert_eq!(pictures(&part), [expected[0], expected[2], expected[3], expected[4]]);
     let bytes = |folder: &Path, name: &str| fs::read(folder.join(name)).unwrap();
     assert!([0, 2, 3, 4].iter().all(|i| bytes(&at, expected[*i]) == bytes(&part, expected[*i])));
-    folder.render(&["--time", "0", "-o", "alone"]);
+    folder.render("--time 0 -o alone");
     let alone = ["late_rho_000000.png", "theta_theta_000000.png", "w_w_000000.png"];
     assert_eq!(pictures(&folder.at("alone")), alone);
     shows_something(&folder.at("alone/w_w_000000.png"), 48, 40);
     shows_something(&folder.at("alone/late_rho_000000.png"), 96, 96);
     // Each view by its own plan.
-    let plan = folder.prints(["plan", "made.nc", "--scene", "scene.toml"]);
+    let plan = folder.prints("plan made.nc --scene scene.toml");
     let views: Vec<&str> = plan.lines().filter(|line| line.starts_with("view ")).collect();
     assert_eq!(views, ["view theta:", "view w:", "view late:"]);
 }
@@ -72,7 +71,7 @@ fn a_scene_that_is_never_due_prints_a_note() {
     for trigger in ["when = \"max(theta) > 9e9\"\n", "every = 5\n", "at_times = [1e9]\n"] {
         let folder = folder(&Made::history(), &(trigger.to_owned() + &scene("theta", 0.0, 2042.0)));
         for times in ["1..", "2.."] {
-            let text = folder.render(&["--time", times, "-o", "out"]);
+            let text = folder.render(&format!("--time {times} -o out"));
             assert_eq!(text, "note      nothing is drawn: these times are no view's turn\n", "{trigger}");
         }
     }
@@ -92,7 +91,7 @@ fn a_sweep_becomes_a_cinema_database() {
         }
     }
     for run in 0..2 {
-        let text = folder.render(&["--time", "0..2", "-o", "out", "--size", "24x24"]);
+        let text = folder.render("--time 0..2 -o out --size 24x24");
         assert_eq!(text.matches("picture ").count(), 8, "{text}");
         assert_eq!(folder.text("out/q.cdb/data.csv"), expected, "run {run}");
     }
@@ -103,29 +102,11 @@ fn a_sweep_becomes_a_cinema_database() {
     assert_eq!(distinct.len(), 8, "no two pictures are the same");
     // What is there is not modified where that is asked for, the database's pictures too.
     let parts = ["q.cdb/image/0_0_theta.png", "is there already"];
-    folder.render_fails(&["--time", "0", "-o", "out", "--existing", "never-modify"], 1, &parts);
+    folder.render_fails("--time 0 -o out --existing never-modify", 1, &parts);
     // A database of other parameters is not added to, which is known before the first ray.
     folder.write("out/q.cdb/data.csv", "step,FILE\n");
     let parts = ["q.cdb/data.csv: its first line is not \"step,time,field,lon,FILE\""];
-    folder.render_fails(&["-o", "out"], 1, &parts);
-}
-
-#[test]
-fn fields_of_all_views_and_triggers_must_be_there() {
-    let base = scene("theta", 0.0, 42.0);
-    for (more, name) in [
-        ("[[views]]\nname = \"a\"\n[[views]]\nname = \"b\"\nfield = \"thita\"\n", "thita"),
-        ("[[views]]\nname = \"a\"\nwhen = \"max(voticity) > 1\"\n", "voticity"),
-        ("[sweep]\nfield = [\"theta\", \"rhu\"]\n", "rhu"),
-    ] {
-        let folder = folder(&Made::history(), &(base.clone() + more));
-        let missing = format!("there is no field {name}");
-        folder.render_fails(&[], 1, &[&missing, "theta, w, vorticity, rho"]);
-        assert_eq!(pictures(folder.path()), [""; 0]);
-    }
-    let several = folder(&Made::history(), &(base + "[sweep]\nlon = [0, 9]\n"));
-    let parts = ["-o one.png: one name for 2 pictures; expected a directory"];
-    several.render_fails(&["-o", "one.png"], 1, &parts);
+    folder.render_fails("-o out", 1, &parts);
 }
 
 /// Two volumes of two fields, and a view of one that is made of them; nothing else of the file is read.
@@ -142,7 +123,7 @@ fn a_scene_of_several_fields_reads_these() {
         volume("rho", "magma")
     );
     let folder = folder(&Made::history(), &(scene("theta", 0.0, 42.0) + &rest));
-    let text = folder.render(&["--time", "0", "-o", "out", "--size", "48x48"]);
+    let text = folder.render("--time 0 -o out --size 48x48");
     let fields = |view: &str| {
         let block = text.split("picture ").find(|block| block.contains(&format!("view      {view}\n")));
         let line = block.unwrap().lines().find_map(|line| line.strip_prefix("field     "));
@@ -152,7 +133,7 @@ fn a_scene_of_several_fields_reads_these() {
     let picture = |name: &str| image::open(folder.at("out").join(name)).unwrap().into_bytes();
     let [two, one, made] = ["two_theta", "one_theta", "made_both"].map(|n| picture(&format!("{n}_000000.png")));
     assert!(two != one && one != made && two != made);
-    let plan = folder.prints(["plan", "made.nc", "--scene", "scene.toml"]);
+    let plan = folder.prints("plan made.nc --scene scene.toml");
     assert_eq!(plan.matches("drawn on ").count(), 3, "{plan}");
 }
 
@@ -160,7 +141,7 @@ fn a_scene_of_several_fields_reads_these() {
 fn pictures_become_an_animation() {
     let orbit = scene("theta", 0.0, 2042.0).replace("fov = 45", "fov = 45\norbit.degrees_per_step = 30");
     let folder = folder(&Made::history(), &orbit);
-    folder.render(&["--time", "all", "-o", ".", "--size", "40x30"]);
+    folder.render("--time all -o . --size 40x30");
     let names = pictures(folder.path());
     let animate = |more: &[&'static str]| {
         let mut command = icoray(folder.path());
@@ -174,41 +155,7 @@ fn pictures_become_an_animation() {
     let reader = png::Decoder::new(std::io::BufReader::new(fs::File::open(&film).unwrap())).read_info().unwrap();
     assert_eq!(reader.info().animation_control.unwrap().num_frames, 3);
     shows_something(&film, 40, 30);
-    folder.render(&["-o", "large.png"]);
+    folder.render("-o large.png");
     let sizes = "large.png: is 96 x 96 pixels, expected all pictures to be as large as theta_000000.png, 40 x 30";
     fails(&mut animate(&["large.png", "-o", "film2.png"]), 1, &[sizes]);
-    let again = ["-o", "film.png", "--existing", "never-modify"];
-    fails(&mut animate(&again), 1, &["film.png", "is there already"]);
-}
-
-#[test]
-fn the_baroclinic_wave_from_several_sides() {
-    let Some(file) = data("mpas_jw_10242.nc") else { return };
-    let folder = Folder::new();
-    let views = r#"
-[output]
-cinema = "{view}.cdb"
-[[views]]
-name = "growing"
-field = "vorticity"
-when = "max(vorticity) > 6e-5"
-transfer = { range = [2e-5, 1e-4], opacity = [[2e-5, 0], [1e-4, 0.9]] }
-[[views]]
-name = "around"
-at_steps = [1]
-sweep = { lat = [-60, 0, 60], lon = [0, 180] }
-"#;
-    folder.write("scene.toml", scene("theta", 250.0, 400.0) + views);
-    let text = folder.prints(["render", &file, "--scene", "scene.toml", "--time", "all", "--size", "64x64"]);
-    let rows = |view: &str| folder.text(&format!("{view}.cdb/data.csv"));
-    let around = rows("around");
-    assert_eq!(around.lines().count(), 7, "{around}");
-    let last = "around,60.0,180.0,around_theta_000001_lat60_lon180.png";
-    assert!(around.starts_with("step,time,view,lat,lon,FILE\n1,") && around.trim_end().ends_with(last), "{around}");
-    // The wave grows: the condition does not hold at first, and holds in the end.
-    let growing = rows("growing");
-    let steps: Vec<&str> = growing.lines().skip(1).map(|row| row.split(',').next().unwrap()).collect();
-    assert!(!steps.is_empty() && !steps.contains(&"0"), "{growing}");
-    assert_eq!(text.matches("picture ").count(), 6 + steps.len(), "{text}");
-    shows_something(&folder.at("around.cdb/around_theta_000001_lat60_lon180.png"), 64, 64);
 }

@@ -18,6 +18,7 @@ use std::time::{Duration, Instant};
 /// Looks that follow fast, as the tests write fast.
 const FAST: [&str; 2] = ["--poll", "0.02"];
 const SETTLE: [&str; 2] = ["--settle", "0.2"];
+const ONCE: &str = "watch run --scene scene.toml --once --poll 0.02 --settle 0.2";
 const NAMED_BY_STEP: &str = "[output]\nfile = \"{step}.png\"\n";
 const NAMED_BY_DATE: &str = "[output]\nfile = \"$Y-$M-$D.png\"\n";
 
@@ -33,7 +34,7 @@ fn folder(made: &Made, scene: &str) -> Folder {
 /// The pictures that `icoray render` draws of all times of a file, in the order of their names.
 fn rendered(folder: &Folder, file: &str) -> Vec<Vec<u8>> {
     let to = format!("rendered_{file}").replace('.', "_");
-    folder.prints(["render", file, "--scene", "scene.toml", "--time", "all", "-o", &to]);
+    folder.prints(&format!("render {file} --scene scene.toml --time all -o {to}"));
     contents(&folder.at(to))
 }
 
@@ -132,9 +133,8 @@ impl Drop for Watcher {
 }
 
 /// What a watch prints that ends when all files have settled.
-fn once(folder: &Folder, more: &[&str]) -> String {
-    let watch = ["watch", "run", "--scene", "scene.toml", "-o", "out", "--once"];
-    folder.prints([&watch, &FAST[..], &SETTLE, more].concat())
+fn once(folder: &Folder, more: &str) -> String {
+    folder.prints(&format!("{ONCE} -o out {more}"))
 }
 
 #[test]
@@ -244,11 +244,11 @@ fn bad_files_are_named_once_and_a_watch_that_is_started_again_goes_on() {
     assert_eq!(text.matches("picture ").count(), 2, "{text}");
     fs::copy(folder.at("finished.nc"), folder.at("run/history.nc")).unwrap();
     fs::remove_file(folder.at("out/0.png")).unwrap();
-    let text = once(&folder, &[]);
+    let text = once(&folder, "");
     has(&text, &["kept      1 times have their pictures already", "picture   out/0.png", "picture   out/2.png"]);
     assert_eq!(text.matches("picture ").count(), 2, "{text}");
     expect_all(&folder);
-    assert_eq!(once(&folder, &["--redraw"]).matches("picture ").count(), 3);
+    assert_eq!(once(&folder, "--redraw").matches("picture ").count(), 3);
 }
 
 #[test]
@@ -285,7 +285,7 @@ fn fields_of_several_files_are_joined_by_their_dates() {
         made
     };
     without("surface_pressure", 0..3).write_to(&folder.at("run/history.nc"), Options::_64BIT_OFFSET);
-    let text = once(&folder, &[]);
+    let text = once(&folder, "");
     let waits = "2013-10-25_00:00:00: surface_pressure is in none of the files that have it: run/history.nc";
     has(&text, &[&format!("waits     {waits}")]);
     assert!(!folder.at("out/2013-10-25.png").exists());
@@ -293,7 +293,7 @@ fn fields_of_several_files_are_joined_by_their_dates() {
     let mut other = without("theta", 1..3);
     other.variables.retain(|v| v.name != "zgrid" && !v.name.ends_with("Cell") && !v.name.ends_with("Vertex"));
     other.write_to(&folder.at("run/surface.nc"), Options::NETCDF4);
-    let text = once(&folder, &[]);
+    let text = once(&folder, "");
     assert_eq!(text.matches("picture ").count(), 2, "{text}");
     assert!(contents(&folder.at("out")) == rendered(&folder, "finished.nc")[1..]);
 }
@@ -314,7 +314,7 @@ fn fields_of_icons_files_are_joined() {
         one.variable("clon").attributes.retain(|(name, _)| *name != "bounds");
         one.write_to(&folder.at(format!("run/{name}.nc")), Options::NETCDF4);
     }
-    let text = once(&folder, &[]);
+    let text = once(&folder, "");
     assert_eq!(text.matches("picture ").count(), RECORDS, "{text}");
     expect_all(&folder);
 }
@@ -326,7 +326,7 @@ fn a_record_of_nothing_but_fill_is_not_written_yet() {
     made.f32s("theta")[each..2 * each].fill(9.969_21e36);
     let folder = folder(&made, &(scene("theta", 0.0, 2042.0) + NAMED_BY_STEP));
     fs::copy(folder.at("finished.nc"), folder.at("run/history.nc")).unwrap();
-    let text = once(&folder, &[]);
+    let text = once(&folder, "");
     has(&text, &["picture   out/2.png", "not drawn 2013-10-26_00:00:00: theta has no values yet"]);
     assert_eq!(text.matches("picture ").count(), 2, "{text}");
 }
@@ -341,9 +341,9 @@ fn the_mesh_may_be_in_a_file_of_its_own() {
         one.variables.retain(|v| !v.name.ends_with("Cell") && !v.name.ends_with("Vertex"));
         one.write_to(&folder.at(format!("run/history.{day}.nc")), Options::_64BIT_OFFSET);
     }
-    let text = once(&folder, &[]);
+    let text = once(&folder, "");
     has(&text, &["skipped   ", "history.0.nc: variable lonCell is missing"]);
-    let text = once(&folder, &["--mesh", "mesh.nc", "--files", "history.*.nc"]);
+    let text = once(&folder, "--mesh mesh.nc --files history.*.nc");
     // Steps are those of the files, so that dates name the pictures.
     has(&text, &["theta_2013-10-25_00.00.00_000000.png", "theta_2013-10-27_00.00.00_000000.png"]);
     assert_eq!(text.matches("picture ").count(), 3, "{text}");
@@ -354,21 +354,20 @@ fn errors_of_all_files_end_the_watch() {
     let made = Made::history();
     let named = scene("theta", 0.0, 2042.0) + NAMED_BY_STEP;
     let folder = folder(&made, &named);
-    let refused = |scene: &str, more: &[&str], parts: &[&str]| {
+    let refused = |scene: &str, more: &str, parts: &[&str]| {
         folder.write("scene.toml", scene);
-        let watch = ["watch", "run", "--scene", "scene.toml", "--once"];
-        folder.fails([&watch, &FAST[..], &SETTLE, more].concat(), 1, parts);
+        folder.fails(&format!("{ONCE} {more}"), 1, parts);
     };
-    refused(&named.replace("lon =", "long ="), &[], &["scene.toml", "long"]);
-    refused(&named, &["-o", "one.png"], &["-o one.png: expected a directory"]);
-    refused(&named.replace("field = \"theta\"", ""), &[], &["expected a field in the scene"]);
+    refused(&named.replace("lon =", "long ="), "", &["scene.toml", "long"]);
+    refused(&named, "-o one.png", &["-o one.png: expected a directory"]);
+    refused(&named.replace("field = \"theta\"", ""), "", &["expected a field in the scene"]);
     for day in 0..2 {
         let one = records(&made, day..day + 1);
         one.write_to(&folder.at(format!("run/history.{day}.nc")), Options::_64BIT_OFFSET);
     }
     let both = "output.file names the pictures of 2013-10-25_00:00:00 and of 2013-10-26_00:00:00 both";
-    refused(&named, &["-o", "out"], &[both, "0.png", "expected a date in it"]);
+    refused(&named, "-o out", &[both, "0.png", "expected a date in it"]);
     folder.write("scene.toml", named.replace("\"theta\"", "\"thita\""));
-    has(&once(&folder, &[]), &["waits     thita is in none of the files of run so far"]);
-    folder.fails(["watch", "nowhere", "--scene", "scene.toml", "--once"], 1, &["nowhere: cannot read"]);
+    has(&once(&folder, ""), &["waits     thita is in none of the files of run so far"]);
+    folder.fails("watch nowhere --scene scene.toml --once", 1, &["nowhere: cannot read"]);
 }

@@ -37,8 +37,7 @@ fn a_page_follows_the_watch_and_steers_the_next_picture() {
     // The time that is shown is drawn again for the page alone.
     let written = fs::read(&first).unwrap();
     let change = r#"{"changes":[{"path":["camera","lon"],"value":40}]}"#;
-    let revision = viewer.post("/api/change", change).json()["revision"].as_u64().unwrap();
-    let (_, turned) = viewer.first(revision, |_| true);
+    let (_, turned) = viewer.first(viewer.change(change), |_| true);
     assert!(turned != shown && fs::read(&first).unwrap() == written);
     watcher.wait("the note", || watcher.text().contains("live      a viewer has set camera.lon"));
     let kept = folder.text("out/live.toml");
@@ -61,14 +60,6 @@ fn a_page_follows_the_watch_and_steers_the_next_picture() {
     watcher.expect_drawn(2);
     watcher.stop();
     folder.write("scene.toml", kept);
-    folder.prints(["render", "finished.nc", "--scene", "scene.toml", "--time", "1", "-o", "rendered.png"]);
+    folder.prints("render finished.nc --scene scene.toml --time 1 -o rendered.png");
     assert!(pixels(&folder.at("rendered.png")) == pixels(&folder.at("out/2013-10-26.png")));
-}
-
-#[test]
-fn a_page_has_the_scene_of_the_file() {
-    let folder = folder(&Made::history(), &(scene("theta", 0.0, 2042.0) + NAMED_BY_DATE));
-    let watch = ["watch", "run", "--scene", "scene.toml", "-o", "out"];
-    let parts = ["--lon: expected no such option beside --scene"];
-    folder.fails([&watch[..], &["--live", "--lon", "3"]].concat(), 1, &parts);
 }
