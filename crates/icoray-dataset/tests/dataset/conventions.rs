@@ -95,7 +95,11 @@ fn times_of_xios_are_times() {
         assert_eq!(values(&file, "ta", 2)(5, 1), value(2, 5, 1));
         assert_eq!(values(&file, "orography", 2)(5, 1), 7.0);
         let twice = Combined::of(vec![source(&made), source(&made)]).unwrap();
-        assert_eq!(Dataset::new(twice, Vec::new()).unwrap().times().len(), RECORDS, "each date once");
+        assert_eq!(
+            Dataset::new(twice, Vec::new(), None, DatasetOptions::default()).unwrap().times().len(),
+            RECORDS,
+            "each date once"
+        );
     }
 }
 

@@ -87,13 +87,14 @@ fn heights(edit: impl Fn(&mut Made)) -> icoray_dataset::LayerHeights {
 
 #[test]
 fn depths_are_in_any_unit_of_length() {
-    for (unit, scale) in [("cm", 0.01), ("mm", 0.001), ("m", 1.0)] {
+    for (unit, scale) in [("cm", 0.01), ("mm", 0.001), ("m", 1.0), ("km", 1000.0)] {
         let found = heights(|made| {
             let lev = made.variable("lev");
             lev.values = Values::F64(vec![1.0, 20.0, 50.0]);
             lev.attributes = vec![("units", unit.into()), ("positive", "down".into())];
         });
         assert_eq!(found.height_m, [-1.0, -20.0, -50.0].map(|depth: f64| depth * scale), "{unit}");
+        assert!(!found.is_of_pressure);
     }
 }
 
