@@ -233,10 +233,8 @@ type Attributes = Vec<(&'static str, Values)>;
 /// The range and the number of missing values of `rho`, which holds 0.1, 1, 2, ... 167, with attributes.
 fn rho(attributes: Attributes) -> ([f64; 2], u64) {
     let mut made = Made::history();
-    let rho = made.variable("rho");
-    let Values::F32(values) = &mut rho.values else { panic!("rho is f32") };
-    values.iter_mut().enumerate().for_each(|(i, value)| *value = if i == 0 { 0.1 } else { i as f32 });
-    rho.attributes = attributes;
+    *made.f32s("rho") = (0..168).map(|i| if i == 0 { 0.1 } else { i as f32 }).collect();
+    made.variable("rho").attributes = attributes;
     let owned = open(&made).read_field("rho", 0).unwrap();
     let (range, missing) = owned.field().unwrap().range();
     (range.unwrap(), missing)

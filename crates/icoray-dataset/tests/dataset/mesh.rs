@@ -115,11 +115,8 @@ fn ocean_layers_fall_from_the_surface() {
 #[test]
 fn missing_values_are_missing() {
     let mut made = Made::history();
-    let rho = made.variable("rho");
-    let Values::F32(values) = &mut rho.values else { panic!("rho is f32") };
-    values[0] = -9e33;
-    values[1] = 1e20;
-    rho.attributes = vec![("_FillValue", (-9e33f32).into()), ("missing_value", 1e20f64.into())];
+    made.f32s("rho")[..2].copy_from_slice(&[-9e33, 1e20]);
+    made.variable("rho").attributes = vec![("_FillValue", (-9e33f32).into()), ("missing_value", 1e20f64.into())];
     made.f64s("w")[3] = 9.969209968386869e36;
     let file = open(&made);
     let rho = file.read_field("rho", 0).unwrap();
