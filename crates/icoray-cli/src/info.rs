@@ -3,7 +3,7 @@
 use crate::failure::CommandResult;
 use crate::input::{self, Input};
 use icoray::{ErrorKind, GridTables, Indices, Reals};
-use icoray_dataset::{Dataset, FieldInfo, LayerHeights};
+use icoray_dataset::{Dataset, FieldInfo, Kind, LayerHeights};
 use icoray_progress::Progress;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
@@ -167,7 +167,7 @@ fn fields(file: &Dataset, ranges: Option<&Progress>, out: &mut impl Write) -> Co
             info.name.clone(),
             input::place(info).to_owned(),
             info.layers.to_string(),
-            info.precision.to_string(),
+            (if info.precision == Kind::F32 { "f32" } else { "f64" }).to_owned(),
             text(&info.description.units),
             text(&info.description.long_name),
         ];

@@ -5,7 +5,6 @@ use crate::field::{FieldInfo, OwnedField};
 use crate::heights::LayerHeights;
 use crate::heights::native::{self, NativeHeights, NativeInfo};
 use crate::joined::Joined;
-use crate::likely_fields::likely_fields;
 use crate::mesh::{self, Mesh, MeshLayout};
 use crate::raster;
 use crate::sea::Sea;
@@ -46,24 +45,18 @@ impl Dataset {
     /// A dataset of a source with fields and, mostly, the mesh, and of other sources that complete it: the mesh, in the
     /// run's init or grid file, or the heights of layers. The mesh is taken from the first of the others that has one;
     /// heights and the radius from the first of all that has them, the fields' source first. Fields over time that the
-    /// fields' source lacks are those of the others with the same times. Reads the mesh tables.
+    /// fields' source lacks are those of the others with the same times.
+    ///
+    /// Reads the mesh tables, unless a `mesh` is given that is in memory already: then only sizes, the name of ICON's
+    /// grid and positions of columns of the files are compared with it. `options` are facts that the files lack.
     ///
     /// # Errors
     /// All name the source. [`ErrorKind::Io`]: it is damaged or cut off. [`ErrorKind::Grid`]: a mesh table is
     /// missing or does not have the dimensions of the model, the radius is not positive, or a source has another mesh.
     /// [`ErrorKind::Unsupported`]: the mesh is planar, or `vertexDegree` is not 3. [`Mesh::grid`] checks the
-    /// contents of the tables.
-    pub fn new(fields: Box<dyn Source>, others: Vec<Box<dyn Source>>) -> Result<Self> {
-        Self::with_options(fields, others, None, DatasetOptions::default())
-    }
-
-    /// As [`Dataset::new`], with facts that the files lack, and on a `mesh` that is in memory already: no mesh tables
-    /// are read then. Only sizes, the name of ICON's grid and positions of columns of the files are compared with it.
-    ///
-    /// # Errors
-    /// As [`Dataset::new`]; [`ErrorKind::Argument`] if no file has a dimension or an entry of [`DatasetOptions::at`],
+    /// contents of the tables. [`ErrorKind::Argument`]: no file has a dimension or an entry of [`DatasetOptions::at`],
     /// the radius is not positive or the heights are equal.
-    pub fn with_options(
+    pub fn new(
         fields: Box<dyn Source>,
         others: Vec<Box<dyn Source>>,
         mesh: Option<Arc<Mesh>>,
@@ -144,14 +137,6 @@ impl Dataset {
     /// or corners, with or without layers and time. Positions of the mesh are excluded.
     pub fn fields(&self) -> &[FieldInfo] {
         &self.fields
-    }
-
-    /// The fields that are worth showing, the likeliest first: those of at least 2 layers that change with time, in the
-    /// file's order (those of MPAS's soil and categories after those on its levels), then others with layers, then 2D
-    /// fields in the same way. Heights, thicknesses, base states, weights of the vertical grid, and areas and qualities
-    /// of the mesh are left out.
-    pub fn likely_fields(&self) -> Vec<&FieldInfo> {
-        likely_fields(&self.fields)
     }
 
     /// The likeliest of [`Dataset::likely_fields`]: the one shown if no field is named.

@@ -7,7 +7,6 @@ use crate::sources::DatasetOptions;
 use crate::stored::{Decoder, Packing};
 use crate::values::{AssumedMark, ShapedValues};
 use icoray::{Description, Error, ErrorKind, Field, Location, Reals, Result, Shape};
-use std::fmt;
 use std::ops::Range;
 
 /// Layers of the shell of a 2D field, which has equal values on them.
@@ -30,34 +29,6 @@ const OF_TABLES: &str = "\
     three four maxnode maxelem \
     coordDim maxNodePElement grid_corners";
 
-/// Precision of a variable in the file and in memory.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Precision {
-    /// Single precision, 4 bytes (NetCDF `float`).
-    F32,
-    /// Double precision, 8 bytes (NetCDF `double`).
-    F64,
-}
-
-impl Precision {
-    /// Bytes of one value.
-    pub fn bytes(self) -> usize {
-        match self {
-            Precision::F32 => 4,
-            Precision::F64 => 8,
-        }
-    }
-}
-
-impl fmt::Display for Precision {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Precision::F32 => "f32",
-            Precision::F64 => "f64",
-        })
-    }
-}
-
 /// A variable that can be read as a field.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FieldInfo {
@@ -70,8 +41,8 @@ pub struct FieldInfo {
     pub columns: usize,
     /// Number of layers; 1 for a 2D field ([`FieldInfo::is_2d`]).
     pub layers: usize,
-    /// Precision of the values in the file; for integers, in memory.
-    pub precision: Precision,
+    /// Precision of the values in the file, [`Kind::F32`] or [`Kind::F64`]; for integers, in memory.
+    pub precision: Kind,
     /// Whether there is one array per time record; otherwise one array is used at all times.
     pub time_dependent: bool,
     /// The attributes `long_name` and `units`.
@@ -134,9 +105,8 @@ impl FieldInfo {
         }
         let layer = axes.layer.map(|layer| &variable.dimensions[layer]);
         let precision = match variable.kind {
-            Kind::F32 => Precision::F32,
-            Kind::F64 => Precision::F64,
-            Kind::Integer if is_field(found, &axes)? => Precision::F64,
+            kind if kind.is_real() => kind,
+            Kind::Integer if is_field(found, &axes)? => Kind::F64,
             _ => return Ok(None),
         };
         let description = Description { long_name: found.text("long_name")?, units: found.text("units")? };

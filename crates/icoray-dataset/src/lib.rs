@@ -52,7 +52,7 @@ pub use combined::Combined;
 pub use dataset::Dataset;
 pub use drawing::{Drawing, NativeHeightCache};
 pub use edges::variable_at_edges;
-pub use field::{FieldInfo, OwnedField, Precision};
+pub use field::{FieldInfo, OwnedField};
 pub use heights::LayerHeights;
 pub use heights::native::{NativeHeights, NativeInfo};
 pub use layering::{LayerSelection, Layering};

@@ -1,5 +1,6 @@
 //! Selects the variables of a file that look like physical fields.
 
+use crate::dataset::Dataset;
 use crate::field::FieldInfo;
 use crate::source::without_group;
 
@@ -17,11 +18,16 @@ const BASE: [&str; 2] = ["_base", "_ref"];
 /// Words, in lower case, that mark a geometric quantity if they are in the long name of a variable in units of length.
 const GEOMETRY: [&str; 5] = ["height", "altitude", "thickness", "depth", "elevation"];
 
-/// The fields of `all` that look like physical ones, the likeliest first.
-pub(crate) fn likely_fields(all: &[FieldInfo]) -> Vec<&FieldInfo> {
-    let mut fields: Vec<&FieldInfo> = all.iter().filter(|info| is_physical(info)).collect();
-    fields.sort_by_key(|info| (info.is_2d(), !info.time_dependent, is_beside_levels(info), info.is_from_edges()));
-    fields
+impl Dataset {
+    /// The fields that are worth showing, the likeliest first: those of at least 2 layers that change with time, in the
+    /// file's order (those of MPAS's soil and categories after those on its levels), then others with layers, then 2D
+    /// fields in the same way. Heights, thicknesses, base states, weights of the vertical grid, and areas and qualities
+    /// of the mesh are left out.
+    pub fn likely_fields(&self) -> Vec<&FieldInfo> {
+        let mut fields: Vec<&FieldInfo> = self.fields.iter().filter(|info| is_physical(info)).collect();
+        fields.sort_by_key(|info| (info.is_2d(), !info.time_dependent, is_beside_levels(info), info.is_from_edges()));
+        fields
+    }
 }
 
 /// Whether the layers are not the levels of MPAS's models, such as those of the soil.

@@ -1,10 +1,11 @@
 //! Layers, fields and notes of the scenes of a script.
 
 use crate::dataset::Dataset;
-use crate::field::{FieldInfo, Precision};
+use crate::field::FieldInfo;
 use crate::heights::LayerHeights;
 use crate::heights::native::NativeInfo;
 use crate::layering::{LayerSelection, Layering};
+use crate::source::Kind;
 use crate::values::AssumedMark;
 use icoray::{Heights, Layers, Location, Result, Scene, Script, View};
 use std::collections::HashMap;
@@ -147,8 +148,8 @@ impl<'a> SceneFields<'a> {
             for AssumedMark { value, count } in self.dataset.assumed_marks(name) {
                 // In the field's precision, not as the nearest number of double precision.
                 let mark = match info.precision {
-                    Precision::F32 => format!("{:e}", value as f32),
-                    Precision::F64 => format!("{value:e}"),
+                    Kind::F32 => format!("{:e}", value as f32),
+                    _ => format!("{value:e}"),
                 };
                 notes.push(format!(
                     "{count} values of {name} are {mark}, which no attribute explains: taken for missing (`missing` says what \

@@ -29,6 +29,11 @@ impl Kind {
         matches!(self, Kind::F32 | Kind::F64)
     }
 
+    /// Bytes of a number in memory: 4 of `float`, 8 of others.
+    pub fn bytes(self) -> usize {
+        if self == Kind::F32 { 4 } else { 8 }
+    }
+
     /// Whether values are `float`, `double` or integers.
     pub fn is_number(self) -> bool {
         self.is_real() || self == Kind::Integer

@@ -64,14 +64,14 @@ pub fn open(path: impl AsRef<Path>) -> Result<Dataset> {
 /// facts that all files lack.
 ///
 /// # Errors
-/// As [`open`], [`Combined::of`] and [`Dataset::with_options`].
+/// As [`open`], [`Combined::of`] and [`Dataset::new`].
 pub fn open_all(
     paths: &[impl AsRef<Path>],
     others: &[impl AsRef<Path>],
     mesh: Option<Arc<Mesh>>,
     options: DatasetOptions,
 ) -> Result<Dataset> {
-    Dataset::with_options(Combined::of(all_opened(paths)?)?, all_opened(others)?, mesh, options)
+    Dataset::new(Combined::of(all_opened(paths)?)?, all_opened(others)?, mesh, options)
 }
 
 /// The variables of a file, whether or not it has a mesh: name, dimensions and type of each, with its long name and

@@ -4,6 +4,7 @@
 use super::atomic;
 use crate::atomic::Existing;
 use crate::folder::io_error;
+use crate::label::Canvas;
 use icoray_grid::{Error, ErrorKind, Result};
 use png::{BitDepth, BlendOp, ColorType, Decoder, DisposeOp, Encoder, Transformations};
 use std::fs::File;
@@ -20,12 +21,6 @@ pub struct Animated {
     pub frames: u32,
     /// Bytes of its file.
     pub bytes: u64,
-}
-
-/// A decoded picture: 8-bit RGBA, as in the file.
-struct Picture {
-    size: [u32; 2],
-    rgba: Vec<u8>,
 }
 
 /// A part of a picture: its first column and row, its width and height.
@@ -77,11 +72,12 @@ pub fn write_animation(path: &Path, pictures: &[PathBuf], fps: f64, existing: Ex
         delay(fps).ok_or_else(|| bad(format!("{fps} pictures per second, expected 0.001 to 1000")))?;
     let frames = u32::try_from(pictures.len()).map_err(|_| bad(format!("{} pictures", pictures.len())))?;
     let mut shown = read(first)?;
-    let size = shown.size;
+    let size = [shown.width, shown.height];
     let following = |picture: &PathBuf| {
         let next = read(picture)?;
-        if next.size != size {
-            let ([w, h], [first_w, first_h]) = (next.size, size);
+        let [w, h] = [next.width, next.height];
+        if [w, h] != size {
+            let [first_w, first_h] = size;
             let (path, first) = (picture.display(), first.display());
             let wish = format!("expected all pictures to be as large as {first}, {first_w} x {first_h}");
             return Err(bad(format!("{path}: is {w} x {h} pixels, {wish}")));
@@ -113,7 +109,7 @@ pub fn write_animation(path: &Path, pictures: &[PathBuf], fps: f64, existing: Ex
             writer.reset_frame_position().map_err(failed)?;
             writer.set_frame_dimension(region.size[0], region.size[1]).map_err(failed)?;
             writer.set_frame_position(region.at[0], region.at[1]).map_err(failed)?;
-            writer.write_image_data(&next.cut(region)).map_err(failed)?;
+            writer.write_image_data(&cut(&next, region)).map_err(failed)?;
             shown = next;
         }
         writer.finish().map_err(failed)
@@ -126,7 +122,7 @@ pub fn write_animation(path: &Path, pictures: &[PathBuf], fps: f64, existing: Ex
 fn encode_film(
     path: &Path,
     FilmFormat { ending, options }: &FilmFormat,
-    pictures: impl Iterator<Item = Result<Picture>>,
+    pictures: impl Iterator<Item = Result<Canvas>>,
     [width, height]: [u32; 2],
     fps: f64,
     out: &mut impl Write,
@@ -173,7 +169,8 @@ fn delay(fps: f64) -> Option<(u16, u16)> {
     (1e-3..=1e3).contains(&fps).then(|| ((parts / fps).round() as u16, parts as u16))
 }
 
-fn read(path: &Path) -> Result<Picture> {
+/// The picture in a file.
+fn read(path: &Path) -> Result<Canvas> {
     let failed = |e: png::DecodingError| io_error(path, "cannot read the picture", e);
     let file = File::open(path).map_err(|e| io_error(path, "cannot read the picture", e))?;
     let mut decoder = Decoder::new(BufReader::new(file));
@@ -189,34 +186,26 @@ fn read(path: &Path) -> Result<Picture> {
         }
         _ => bytes,
     };
-    Ok(Picture { size: [info.width, info.height], rgba })
+    Ok(Canvas { width: info.width, height: info.height, rgba })
 }
 
-impl Picture {
-    fn pixel(&self, x: u32, y: u32) -> &[u8] {
-        let at = 4 * (y as usize * self.size[0] as usize + x as usize);
-        &self.rgba[at..at + 4]
-    }
-
-    /// The bytes of a region.
-    fn cut(&self, region: Region) -> Vec<u8> {
-        let rows = (region.at[1]..region.at[1] + region.size[1]).flat_map(|y| {
-            let at = 4 * (y as usize * self.size[0] as usize + region.at[0] as usize);
-            &self.rgba[at..at + 4 * region.size[0] as usize]
-        });
-        rows.copied().collect()
-    }
+/// The bytes of a region.
+fn cut(picture: &Canvas, Region { at: [x, y], size: [width, height] }: Region) -> Vec<u8> {
+    let rows = (y..y + height).flat_map(|y| {
+        let at = 4 * (y as usize * picture.width as usize + x as usize);
+        &picture.rgba[at..at + 4 * width as usize]
+    });
+    rows.copied().collect()
 }
 
 /// The smallest region that contains all differences of two pictures of one size; one pixel if they are equal.
-fn differing(a: &Picture, b: &Picture) -> Region {
-    let [width, height] = a.size;
-    let (mut low, mut high) = ([width, height], [0, 0]);
-    for y in 0..height {
-        for x in (0..width).filter(|x| a.pixel(*x, y) != b.pixel(*x, y)) {
-            low = [low[0].min(x), low[1].min(y)];
-            high = [high[0].max(x), high[1].max(y)];
-        }
+fn differing(a: &Canvas, b: &Canvas) -> Region {
+    let (mut low, mut high) = ([a.width, a.height], [0, 0]);
+    let pixels = (0..).zip(a.rgba.as_chunks::<4>().0.iter().zip(b.rgba.as_chunks().0));
+    for (at, _) in pixels.filter(|(_, (a, b))| a != b) {
+        let (x, y) = (at % a.width, at / a.width);
+        low = [low[0].min(x), low[1].min(y)];
+        high = [high[0].max(x), high[1].max(y)];
     }
     if low[0] > high[0] {
         return Region { at: [0, 0], size: [1, 1] };
@@ -227,7 +216,6 @@ fn differing(a: &Picture, b: &Picture) -> Region {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::label::Canvas;
     use crate::png_file::write_canvas;
 
     /// A picture of 5 x 4 pixels, gradients with a dot in it.

@@ -5,7 +5,7 @@ use super::{HeightColumns, ICON_COLUMNS, LayerHeights, expect, is_over_mpas_leve
 use crate::field::{FieldInfo, OwnedField};
 use crate::mesh::{Mesh, MeshLayout};
 use crate::sea::Floor;
-use crate::source::{Kind, SourceVariable};
+use crate::source::SourceVariable;
 use crate::sources::{IN_ANOTHER_FILE, Sources};
 use icoray::{CenterField, Error, ErrorKind, Field, Grid, Layers, Location, Result, Shape};
 use std::ops::Range;
@@ -106,11 +106,10 @@ impl NativeInfo {
         let variable = heights.found.variable;
         let of_one_time = variable.dimensions.iter().filter(|dimension| !dimension.is_time);
         let values = of_one_time.fold(1usize, |values, dimension| values.saturating_mul(dimension.len));
-        let bytes = if variable.kind == Kind::F32 { 4 } else { 8 };
         Ok(Some(NativeInfo {
             description: heights.description(sources, mesh),
             time_dependent: heights.time_dependent(sources),
-            bytes: values.saturating_mul(bytes),
+            bytes: values.saturating_mul(variable.kind.bytes()),
         }))
     }
 }

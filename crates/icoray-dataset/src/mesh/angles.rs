@@ -82,6 +82,10 @@ pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
 }
 
+pub(super) fn sum(points: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
+    points.fold([0.0; 3], |sum, point| [0, 1, 2].map(|k| sum[k] + point[k]))
+}
+
 /// Longitude and latitude of directions of any length.
 pub(super) fn of_directions(directions: impl Iterator<Item = [f64; 3]>) -> Positions {
     let (mut lon, mut lat) = (Vec::new(), Vec::new());

@@ -7,7 +7,7 @@
 //! centres of the circles through their points, as ICON's are.
 //! Formats: CF conventions 1.11, §7.1; SCRIP user's guide 1.4, §2.2.3.
 
-use super::angles::{distance, of_directions, positions, read_bounds};
+use super::angles::{distance, of_directions, positions, read_bounds, sum};
 use super::columns::{number_of_fields, of_points};
 use super::points::DistinctPoints;
 use super::polygons::Polygons;
@@ -84,7 +84,7 @@ impl<'a> PolygonVariables<'a> {
         let center = match middle {
             Some(names) => places(names)?,
             None if are_corners => of_directions(directions.as_chunks().0.iter().map(|three| circumcenter(*three))),
-            None => of_directions(directions.chunks_exact(row).map(sum)),
+            None => of_directions(directions.chunks_exact(row).map(|points| sum(points.iter().copied()))),
         };
         let (mut found, mut first) = (DistinctPoints::new(SAME * shortest), Vec::new());
         let number = |(direction, i)| {
@@ -148,10 +148,6 @@ fn shortest<'p>(
         shortest = sides.fold(shortest, f64::min);
     }
     Ok(shortest)
-}
-
-fn sum(points: &[[f64; 3]]) -> [f64; 3] {
-    points.iter().fold([0.0; 3], |sum, point| [0, 1, 2].map(|k| sum[k] + point[k]))
 }
 
 /// Whether any of the files has triangles with their points.

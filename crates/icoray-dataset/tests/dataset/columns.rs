@@ -6,7 +6,7 @@ use crate::memory::{open, open_error, values};
 use icoray::{ErrorKind, IcosahedralMesh, Location};
 
 /// A field over columns at the places of a mesh's cells, under names of the coordinates.
-fn made([lon, lat]: [&'static str; 2], units: [&'static str; 2], angle: impl Fn(f64) -> f64) -> Made {
+pub fn made([lon, lat]: [&'static str; 2], units: [&'static str; 2], angle: impl Fn(f64) -> f64) -> Made {
     let mesh = IcosahedralMesh::new(2).unwrap();
     let mut made = Made::of([("ncol", mesh.cells()), ("lev", 3), ("time", 1)], []);
     for (name, unit, rad) in [(lon, units[0], &mesh.lon_center_rad), (lat, units[1], &mesh.lat_center_rad)] {

@@ -67,15 +67,11 @@ fn tables_that_nothing_determines_are_named() {
 fn positions_may_be_cartesian() {
     let expected = open(&Made::mesh(false));
     let mut made = Made::mesh(false);
-    let of = |made: &mut Made, name: &str| match &made.variable(name).values {
-        Values::F64(values) => values.clone(),
-        _ => panic!("{name} is f64"),
-    };
     for (of_cells, names) in [
         (["lonCell", "latCell"], ["xCell", "yCell", "zCell"]),
         (["lonVertex", "latVertex"], ["xVertex", "yVertex", "zVertex"]),
     ] {
-        let [lon, lat] = of_cells.map(|name| of(&mut made, name));
+        let [lon, lat] = of_cells.map(|name| made.f64s(name).clone());
         let dimension = if names[0] == "xCell" { "nCells" } else { "nVertices" };
         let radius = 6_371_229.0;
         let places = [

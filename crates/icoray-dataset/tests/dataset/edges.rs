@@ -143,25 +143,16 @@ fn components_normal_to_edges_of_triangles_are_vectors_at_triangles() {
 }
 
 /// A mesh of UGRID with a table of its edges: `beside` has the faces left and right of each, `ends` its nodes.
-fn ugrid(table: &'static str, [nodes, faces]: [[&[f64]; 2]; 2], rows: Vec<i32>, ends: &[i32]) -> Made {
-    let row = rows.len() / faces[0].len();
-    let dimensions = [("face", faces[0].len()), ("node", nodes[0].len()), ("row", row), ("edge", EDGES), ("two", 2)];
-    let mut made = Made::of(dimensions, []);
-    made.dimensions.extend([("time", 0), ("lev", LAYERS)]);
-    made.add("mesh", &[], Values::I32(vec![0])).attributes = vec![
-        ("cf_role", "mesh_topology".into()),
-        ("node_coordinates", "node_x node_y".into()),
-        ("face_coordinates", "face_x face_y".into()),
-        ("face_node_connectivity", "face_nodes".into()),
-        (table, "of_edges".into()),
-    ];
-    let places = [("node", ["node_x", "node_y"], nodes), ("face", ["face_x", "face_y"], faces)];
-    for (dimension, names, angles) in places {
-        for (name, angle) in names.into_iter().zip(angles) {
-            made.add(name, &[dimension], Values::F64(angle.to_vec())).attributes = vec![("units", "radians".into())];
-        }
+fn ugrid(table: &'static str, [nodes, faces]: [[&[f64]; 2]; 2], rows: &[i32], ends: &[i32]) -> Made {
+    let table_from_1 = rows.iter().map(|node| node + 1).collect();
+    let mut made = Made::ugrid(faces[0].len(), nodes[0].len(), rows.len() / faces[0].len(), table_from_1);
+    made.nodes(nodes);
+    made.dimensions.extend([("edge", EDGES), ("two", 2), ("time", 0), ("lev", LAYERS)]);
+    let names = [("face_coordinates", "face_x face_y".into()), (table, "of_edges".into())];
+    made.variable("Mesh2").attributes.extend(names);
+    for (name, angles) in ["face_x", "face_y"].into_iter().zip(faces) {
+        made.add(name, &["nf"], Values::F64(angles.to_vec())).attributes = vec![("units", "radians".into())];
     }
-    made.add("face_nodes", &["face", "row"], Values::I32(rows));
     made.add("of_edges", &["edge", "two"], Values::I32(ends.to_vec()));
     made
 }
@@ -211,7 +202,7 @@ fn edges_of_ugrid_are_known_by_their_faces_or_their_nodes() {
         for table in ["edge_face_connectivity", "edge_node_connectivity"] {
             let of_nodes = ends_with_left(&ends, &beside, places);
             let of_edges = if table == "edge_node_connectivity" { of_nodes } else { beside.concat() };
-            let mut made = ugrid(table, places, rows.clone(), &of_edges);
+            let mut made = ugrid(table, places, &rows, &of_edges);
             add_rotation(&mut made, "un", "edge", &beside, places[1]);
             made.last().attributes = vec![("long_name", "velocity normal to edges".into())];
             let sums = (0..EDGES).map(|edge| f64::from(beside[edge][0] + beside[edge][1]));

@@ -1,9 +1,10 @@
 //! Meshes and fields in groups, whose variables have their paths as names.
 
+use crate::columns;
 use crate::made::{Made, RECORDS, Values};
 use crate::made_icon::Angles;
 use crate::memory::{expect, names, open};
-use icoray::{ErrorKind, IcosahedralMesh};
+use icoray::ErrorKind;
 
 /// The same file with its fields in the group `run` and all else in `grid`; `fields` are the names of the former.
 fn grouped(made: &Made, fields: &[&str]) -> Made {
@@ -17,29 +18,14 @@ fn grouped(made: &Made, fields: &[&str]) -> Made {
 
 /// Triangles of UGRID, whose topology names the other variables without their group.
 fn ugrid() -> Made {
-    let mesh = IcosahedralMesh::new(1).unwrap();
-    let mut made = Made::of([("face", 80), ("node", 42), ("three", 3)], []);
-    made.add("topology", &[], Values::I32(vec![0])).attributes = vec![
-        ("cf_role", "mesh_topology".into()),
-        ("node_coordinates", "x y".into()),
-        ("face_node_connectivity", "faces".into()),
-    ];
-    made.add("x", &["node"], Values::F64(mesh.lon_center_rad)).attributes = vec![("units", "radians".into())];
-    made.add("y", &["node"], Values::F64(mesh.lat_center_rad)).attributes = vec![("units", "radians".into())];
-    made.add("faces", &["face", "three"], Values::I32(mesh.corner_cell));
-    made.add("q", &["face"], Values::F64((0..80).map(f64::from).collect()));
+    let mut made = Made::ugrid_triangles();
+    made.add("q", &["nf"], Values::F64((0..80).map(f64::from).collect()));
     made
 }
 
 /// Columns with coordinates alone.
 fn columns() -> Made {
-    let mesh = IcosahedralMesh::new(1).unwrap();
-    let mut made = Made::of([("ncol", 42)], []);
-    for (name, angle) in [("lon", &mesh.lon_center_rad), ("lat", &mesh.lat_center_rad)] {
-        made.add(name, &["ncol"], Values::F64(angle.iter().map(|rad| rad.to_degrees()).collect()));
-    }
-    made.add("q", &["ncol"], Values::F64((0..42).map(f64::from).collect()));
-    made
+    columns::made(["lon", "lat"], ["degrees_east", "degrees_north"], f64::to_degrees)
 }
 
 #[test]
@@ -66,6 +52,7 @@ fn every_convention_is_found_in_groups() {
 
 #[test]
 fn a_field_in_a_group_has_its_path() {
-    let file = open(&grouped(&columns(), &["q"]));
-    expect(&file.field_info("q").unwrap_err(), ErrorKind::Field, &["there is no field q; fields in the file: run/q"]);
+    let file = open(&grouped(&columns(), &["PS"]));
+    let parts = ["there is no field PS; fields in the file: run/PS"];
+    expect(&file.field_info("PS").unwrap_err(), ErrorKind::Field, &parts);
 }

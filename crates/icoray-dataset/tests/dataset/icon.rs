@@ -86,16 +86,6 @@ fn grid_and_heights_may_be_in_files_of_their_own() {
 }
 
 #[test]
-fn depths_lie_below_the_surface() {
-    let mut made = Made::icon_data(Angles::Radians);
-    let lev = made.variable("lev");
-    lev.values = Values::F32(vec![0.01, 0.1, 4.0]);
-    lev.attributes = vec![("units", "km".into()), ("positive", "down".into())];
-    let heights = open(&made).layer_heights("ta").unwrap();
-    assert!((heights.height_m[2] + 4000.0).abs() < 1e-3 && !heights.is_of_pressure, "{heights:?}");
-}
-
-#[test]
 fn a_limited_area_has_holes() {
     let mut made = Made::icon_data(Angles::Degrees);
     let kept: Vec<usize> = (0..80).filter(|t| t % 5 != 0).collect();

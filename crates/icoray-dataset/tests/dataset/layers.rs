@@ -87,13 +87,14 @@ fn heights(edit: impl Fn(&mut Made)) -> icoray_dataset::LayerHeights {
 
 #[test]
 fn depths_are_in_any_unit_of_length() {
-    for (unit, scale) in [("cm", 0.01), ("mm", 0.001), ("m", 1.0)] {
+    for (unit, scale) in [("cm", 0.01), ("mm", 0.001), ("m", 1.0), ("km", 1000.0)] {
         let found = heights(|made| {
             let lev = made.variable("lev");
             lev.values = Values::F64(vec![1.0, 20.0, 50.0]);
             lev.attributes = vec![("units", unit.into()), ("positive", "down".into())];
         });
         assert_eq!(found.height_m, [-1.0, -20.0, -50.0].map(|depth: f64| depth * scale), "{unit}");
+        assert!(!found.is_of_pressure);
     }
 }
 
@@ -232,10 +233,8 @@ type Attributes = Vec<(&'static str, Values)>;
 /// The range and the number of missing values of `rho`, which holds 0.1, 1, 2, ... 167, with attributes.
 fn rho(attributes: Attributes) -> ([f64; 2], u64) {
     let mut made = Made::history();
-    let rho = made.variable("rho");
-    let Values::F32(values) = &mut rho.values else { panic!("rho is f32") };
-    values.iter_mut().enumerate().for_each(|(i, value)| *value = if i == 0 { 0.1 } else { i as f32 });
-    rho.attributes = attributes;
+    *made.f32s("rho") = (0..168).map(|i| if i == 0 { 0.1 } else { i as f32 }).collect();
+    made.variable("rho").attributes = attributes;
     let owned = open(&made).read_field("rho", 0).unwrap();
     let (range, missing) = owned.field().unwrap().range();
     (range.unwrap(), missing)

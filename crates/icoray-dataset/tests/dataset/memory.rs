@@ -113,7 +113,7 @@ pub fn opened(fields: &Made, others: &[&Made]) -> Result<Dataset> {
 
 /// As [`opened`], with options.
 pub fn opened_with(fields: &Made, others: &[&Made], options: DatasetOptions) -> Result<Dataset> {
-    Dataset::with_options(source(fields), others.iter().map(|made| source(made)).collect(), None, options)
+    Dataset::new(source(fields), others.iter().map(|made| source(made)).collect(), None, options)
 }
 
 pub fn source(made: &Made) -> Box<dyn Source> {

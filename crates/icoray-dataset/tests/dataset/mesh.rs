@@ -3,7 +3,7 @@
 use crate::made::{HEIGHT_M, LAYERS, Made, RADIUS_M, RECORDS, Values, value};
 use crate::memory::{expect, names, open, open_error, opened};
 use icoray::{ErrorKind, Location, Reals};
-use icoray_dataset::Precision;
+use icoray_dataset::Kind;
 
 #[test]
 fn a_history_has_its_grid_times_and_fields() {
@@ -65,11 +65,11 @@ fn fields_are_listed_with_units_precision_and_location() {
         (theta.description.units.as_deref(), theta.description.long_name.as_deref()),
         (Some("K"), Some("Potential temperature"))
     );
-    assert_eq!((theta.location, theta.precision, theta.time_dependent), (Location::Center, Precision::F32, true));
+    assert_eq!((theta.location, theta.precision, theta.time_dependent), (Location::Center, Kind::F32, true));
     let vorticity = file.field_info("vorticity").unwrap();
     assert_eq!(
         (vorticity.location, vorticity.precision, vorticity.description.units.as_ref()),
-        (Location::Corner, Precision::F64, None)
+        (Location::Corner, Kind::F64, None)
     );
     assert!(!file.field_info("rho").unwrap().time_dependent);
 }
@@ -115,11 +115,8 @@ fn ocean_layers_fall_from_the_surface() {
 #[test]
 fn missing_values_are_missing() {
     let mut made = Made::history();
-    let rho = made.variable("rho");
-    let Values::F32(values) = &mut rho.values else { panic!("rho is f32") };
-    values[0] = -9e33;
-    values[1] = 1e20;
-    rho.attributes = vec![("_FillValue", (-9e33f32).into()), ("missing_value", 1e20f64.into())];
+    made.f32s("rho")[..2].copy_from_slice(&[-9e33, 1e20]);
+    made.variable("rho").attributes = vec![("_FillValue", (-9e33f32).into()), ("missing_value", 1e20f64.into())];
     made.f64s("w")[3] = 9.969209968386869e36;
     let file = open(&made);
     let rho = file.read_field("rho", 0).unwrap();

@@ -59,27 +59,23 @@ fn planes_and_radii_that_are_none_are_refused() {
 
 #[test]
 fn heights_that_are_none_are_refused() {
-    let heights = |spoil: &dyn Fn(&mut Made)| {
+    let refused = |parts: &[&str], spoil: &dyn Fn(&mut Made)| {
         let mut made = Made::history();
         spoil(&mut made);
-        let file = open(&made);
-        file.layers("theta").unwrap_err()
+        expect(&open(&made).layers("theta").unwrap_err(), ErrorKind::Layers, parts);
     };
-    let error = heights(&|made| made.remove("zgrid"));
-    expect(&error, ErrorKind::Layers, &["made.nc", "no heights for the 4 layers of theta", "zgrid", "refBottomDepth"]);
-    let error = heights(&|made| made.set("sphere_radius", 50.0));
-    expect(&error, ErrorKind::Layers, &["zgrid: layer 1 lies at 100 m", "sphere_radius is 50;", "`radius`"]);
-    let error = heights(&|made| made.f32s("zgrid")[7] = f32::NAN);
-    expect(&error, ErrorKind::Layers, &["zgrid of column 2, layer 2: NaN"]);
-    let error = heights(&|made| {
+    let parts = ["made.nc", "no heights for the 4 layers of theta", "zgrid", "refBottomDepth"];
+    refused(&parts, &|made| made.remove("zgrid"));
+    let parts = ["zgrid: layer 1 lies at 100 m", "sphere_radius is 50;", "`radius`"];
+    refused(&parts, &|made| made.set("sphere_radius", 50.0));
+    refused(&["zgrid of column 2, layer 2: NaN"], &|made| made.f32s("zgrid")[7] = f32::NAN);
+    refused(&["made.nc: zgrid: layers 2 and 3", "strictly rising"], &|made| {
         made.f32s("zgrid").iter_mut().skip(2).step_by(5).for_each(|z| *z = 100.0);
     });
-    expect(&error, ErrorKind::Layers, &["made.nc: zgrid: layers 2 and 3", "strictly rising"]);
-    let error = heights(&|made| {
+    refused(&["zgrid(nCells = 42)", "expected zgrid(nCells, nVertLevelsP1)"], &|made| {
         made.variable("zgrid").dimensions = vec!["nCells"];
         made.f32s("zgrid").truncate(42);
     });
-    expect(&error, ErrorKind::Layers, &["zgrid(nCells = 42)", "expected zgrid(nCells, nVertLevelsP1)"]);
 }
 
 #[test]

@@ -172,19 +172,10 @@ fn integers_over_columns_are_fields_and_tables_are_none() {
 
 #[test]
 fn layers_are_surfaces_without_heights() {
-    let icon = |made: &mut Made| {
-        made.remove("lev");
-        "ta"
-    };
-    let mpas = |made: &mut Made| {
-        made.remove("zgrid");
-        "theta"
-    };
-    type Edit<'e> = &'e dyn Fn(&mut Made) -> &'static str;
-    let cases: [(Made, Edit, bool); 2] =
-        [(Made::history(), &mpas, false), (Made::icon_data(Angles::Degrees), &icon, true)];
-    for (mut made, without_heights, is_last_inner) in cases {
-        let field = without_heights(&mut made);
+    for (mut made, heights, field, is_last_inner) in
+        [(Made::history(), "zgrid", "theta", false), (Made::icon_data(Angles::Degrees), "lev", "ta", true)]
+    {
+        made.remove(heights);
         let file = open(&made);
         let all = LayerSelection::default();
         let layers_of = |scene: &str| {

@@ -19,7 +19,7 @@ fn degrees(rad: &[f64]) -> Values {
 
 impl Made {
     /// A file as other tools write them: names are in the attributes of a variable, tables start at 1.
-    fn ugrid(faces: usize, nodes: usize, row: usize, table: Vec<i32>) -> Self {
+    pub fn ugrid(faces: usize, nodes: usize, row: usize, table: Vec<i32>) -> Self {
         let mut made = Made::of([("nf", faces), ("nn", nodes), ("row", row), ("height", LAYERS)], []);
         made.add("Mesh2", &[], Values::I32(vec![0]));
         made.last().attributes = vec![
@@ -34,7 +34,15 @@ impl Made {
         made
     }
 
-    fn nodes(&mut self, [lon, lat]: [&[f64]; 2]) {
+    /// The triangles of an icosahedral mesh and their nodes.
+    pub fn ugrid_triangles() -> Self {
+        let mesh = mesh();
+        let mut made = Made::ugrid(80, 42, 3, mesh.corner_cell.iter().map(|cell| cell + 1).collect());
+        made.nodes([&mesh.lon_center_rad, &mesh.lat_center_rad]);
+        made
+    }
+
+    pub fn nodes(&mut self, [lon, lat]: [&[f64]; 2]) {
         for (name, rad, standard) in [("lon_of_node", lon, "longitude"), ("lat_of_node", lat, "latitude")] {
             self.add(name, &["nn"], degrees(rad));
             self.last().attributes = vec![("standard_name", standard.into()), ("units", "degrees".into())];
@@ -82,10 +90,7 @@ fn polygons_are_cells_and_nodes_are_corners() {
 
 #[test]
 fn triangles_are_corners_and_nodes_are_cells() {
-    let mesh = mesh();
-    let table = mesh.corner_cell.iter().map(|cell| cell + 1).collect();
-    let mut made = Made::ugrid(80, mesh.cells(), 3, table);
-    made.nodes([&mesh.lon_center_rad, &mesh.lat_center_rad]);
+    let mut made = Made::ugrid_triangles();
     made.field("ta", "nf", 80);
     let file = open(&made);
     assert_eq!((file.mesh().layout(), file.mesh().cells(), file.mesh().corners()), (MeshLayout::Triangles, 42, 80));
@@ -103,11 +108,8 @@ fn triangles_are_corners_and_nodes_are_cells() {
 
 #[test]
 fn a_node_that_is_not_there_is_named() {
-    let mesh = mesh();
-    let mut table: Vec<i32> = mesh.corner_cell.iter().map(|cell| cell + 1).collect();
-    table[7] = 43;
-    let mut made = Made::ugrid(80, mesh.cells(), 3, table);
-    made.nodes([&mesh.lon_center_rad, &mesh.lat_center_rad]);
+    let mut made = Made::ugrid_triangles();
+    made.i32s("nodes_of_face")[7] = 43;
     let error = open_error(&made).to_string();
     assert!(error.contains("nodes_of_face of face 2 is 43, expected 1 to 42"), "{error}");
 }
@@ -189,8 +191,8 @@ fn tables_may_be_transposed_and_count_from_0_or_1() {
     for (base, is_transposed, is_declared) in
         [(0, true, true), (1, true, false), (1, false, false), (0, false, false), (0, true, false)]
     {
-        let mut made = Made::ugrid(80, mesh.cells(), 3, corner_cells(base, is_transposed));
-        made.nodes([&mesh.lon_center_rad, &mesh.lat_center_rad]);
+        let mut made = Made::ugrid_triangles();
+        *made.i32s("nodes_of_face") = corner_cells(base, is_transposed);
         let table = made.variable("nodes_of_face");
         table.attributes = if is_declared { vec![("start_index", base.into())] } else { Vec::new() };
         table.dimensions = if is_transposed { vec!["row", "nf"] } else { vec!["nf", "row"] };
@@ -205,9 +207,7 @@ fn tables_may_be_transposed_and_count_from_0_or_1() {
 
 #[test]
 fn coordinates_are_no_fields_and_the_topology_goes_before_names() {
-    let mesh = mesh();
-    let mut made = Made::ugrid(80, mesh.cells(), 3, mesh.corner_cell.iter().map(|cell| cell + 1).collect());
-    made.nodes([&mesh.lon_center_rad, &mesh.lat_center_rad]);
+    let (mesh, mut made) = (mesh(), Made::ugrid_triangles());
     made.add("middle_x", &["nf"], degrees(&mesh.lon_corner_rad));
     made.add("middle_y", &["nf"], degrees(&mesh.lat_corner_rad));
     made.variable("Mesh2").attributes.push(("face_coordinates", "middle_x middle_y".into()));

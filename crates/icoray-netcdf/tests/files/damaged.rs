@@ -4,7 +4,6 @@ use crate::made::{Made, RECORDS, value};
 use crate::memory::expect;
 use crate::written::formats;
 use icoray::{ErrorKind, Result};
-use icoray_test_support::Random;
 use netcdf::Options;
 use std::path::Path;
 
@@ -64,38 +63,6 @@ fn a_header_that_lies_is_an_error() {
     bytes[at..at + 4].copy_from_slice(&0x0400_0000u32.to_be_bytes());
     std::fs::write(&path, &bytes).unwrap();
     expect(&icoray_netcdf::open(&path).unwrap_err(), ErrorKind::Io, &["made.nc"]);
-}
-
-/// For any bytes in a classic header, reading ends with a result: neither a panic nor the end of the process.
-#[test]
-fn spoilt_headers_end_in_a_result() {
-    for (format, options) in formats().into_iter().filter(|(format, _)| format.starts_with("CDF")) {
-        let (_folder, path) = Made::history().write(options);
-        let whole = std::fs::read(&path).unwrap();
-        let header = 2600;
-        let mut random = Random::new(1);
-        let mut refused = 0;
-        for _ in 0..400 {
-            let mut bytes = whole.clone();
-            for _ in 0..=random.below(3) {
-                bytes[random.below(header)] = [0, 1, 128, 255, random.bits() as u8][random.below(5)];
-            }
-            std::fs::write(&path, &bytes).unwrap();
-            refused += usize::from(read_what_is_there(&path).is_err());
-        }
-        assert!(refused > 100, "{format}: {refused} of 400 refused");
-    }
-}
-
-fn read_what_is_there(path: &Path) -> Result<()> {
-    let file = icoray_netcdf::open(path)?;
-    let _ = (file.mesh().grid(), file.layers("theta"));
-    for info in file.fields() {
-        for time in 0..RECORDS {
-            file.read_field(&info.name, time)?.field()?.range();
-        }
-    }
-    Ok(())
 }
 
 #[test]

@@ -1,11 +1,9 @@
 //! Real files, if the test data are present.
 
-use crate::made::{Made, Values};
 use crate::memory::expect;
 use icoray::{CenterField, ErrorKind, Location};
-use icoray_dataset::Precision;
+use icoray_dataset::Kind;
 use icoray_test_support::data_file;
-use netcdf::Options;
 
 #[test]
 fn jablonowski_williamson_wave() {
@@ -20,14 +18,25 @@ fn jablonowski_williamson_wave() {
     let heights = file.layer_heights("theta").unwrap();
     assert_eq!((heights.variable.as_str(), heights.layers.count()), ("zgrid", 27));
     assert!(heights.height_m[26] > 20_000.0 && heights.height_m[26] < 60_000.0, "{heights:?}");
+    // Columns differ by some hundred metres.
+    let native = file.native_heights(&grid, "theta", 2).unwrap().unwrap();
+    let own = native.over(file.field_info("theta").unwrap(), 0..26).unwrap();
+    assert_eq!((own.shape().columns, own.shape().layers), (10242, 27));
+    let mut off = 0.0f64;
+    for cell in 0..10242 {
+        let column: Vec<f64> = (0..27).map(|layer| own.value(cell, layer)).collect();
+        assert!(column.windows(2).all(|pair| pair[0] < pair[1]), "cell {cell}: {column:?}");
+        off = column.iter().zip(&heights.height_m).fold(off, |off, (own, mean)| off.max((own - mean).abs()));
+    }
+    assert!(off > 300.0 && (off - heights.deviation_m.unwrap()).abs() < 1e-9, "{off} {:?}", heights.deviation_m);
 
     let of = |name: &str| {
         let info = file.field_info(name).unwrap();
         (info.location, info.layers, info.precision, info.time_dependent)
     };
-    assert_eq!(of("theta"), (Location::Center, 26, Precision::F32, true));
-    assert_eq!(of("w"), (Location::Center, 27, Precision::F32, true));
-    assert_eq!(of("vorticity"), (Location::Corner, 26, Precision::F32, true));
+    assert_eq!(of("theta"), (Location::Center, 26, Kind::F32, true));
+    assert_eq!(of("w"), (Location::Center, 27, Kind::F32, true));
+    assert_eq!(of("vorticity"), (Location::Corner, 26, Kind::F32, true));
     for info in file.fields().iter().filter(|info| !info.is_2d()) {
         heights.layers.for_field(info.layers).unwrap();
     }
@@ -49,25 +58,6 @@ fn jablonowski_williamson_wave() {
     let vorticity = file.read_field("vorticity", 1).unwrap();
     let center = CenterField::average(&grid, &vorticity.field().unwrap()).unwrap();
     assert_eq!(center.field().range().1, 0);
-}
-
-/// A model's own file, whose columns differ by some hundred metres.
-#[test]
-fn heights_of_the_jablonowski_williamson_wave() {
-    let Some(path) = data_file("mpas_jw_10242.nc") else { return };
-    let file = icoray_netcdf::open(path).unwrap();
-    let means = file.layer_heights("theta").unwrap();
-    let grid = file.mesh().grid().unwrap();
-    let heights = file.native_heights(&grid, "theta", 2).unwrap().unwrap();
-    let own = heights.over(file.field_info("theta").unwrap(), 0..26).unwrap();
-    assert_eq!((own.shape().columns, own.shape().layers), (10242, 27));
-    let mut off = 0.0f64;
-    for cell in 0..10242 {
-        let column: Vec<f64> = (0..27).map(|layer| own.value(cell, layer)).collect();
-        assert!(column.windows(2).all(|pair| pair[0] < pair[1]), "cell {cell}: {column:?}");
-        off = column.iter().zip(&means.height_m).fold(off, |off, (own, mean)| off.max((own - mean).abs()));
-    }
-    assert!(off > 300.0 && (off - means.deviation_m.unwrap()).abs() < 1e-9, "{off} {:?}", means.deviation_m);
 }
 
 #[test]
@@ -94,41 +84,6 @@ fn an_ocean_has_holes() {
     for cell in 0..1735 {
         for corner in grid.corners_of(cell).filter(|&corner| grid.is_triangle(corner)) {
             assert!(grid.triangle(corner).contains(&cell));
-        }
-    }
-}
-
-/// Without the tables of corners and edges the ocean has the same triangles.
-#[test]
-fn a_part_of_the_oceans_tables_is_enough() {
-    let Some(path) = data_file("spherical_grid_500km_landculled.nc") else { return };
-    let file = icoray_netcdf::open(path).unwrap();
-    let tables = file.mesh().tables();
-    let mut made = Made::of(
-        [("nCells", tables.cells()), ("nVertices", tables.corners()), ("maxEdges", 8)],
-        [("sphere_radius", 1.0.into())],
-    );
-    let angles = |reals: icoray::Reals| Values::F64((0..reals.len()).map(|i| reals.get(i)).collect());
-    let index = |indices: icoray::Indices| Values::I32(indices.iter().map(|i| i as i32).collect());
-    made.add("lonCell", &["nCells"], angles(tables.center.lon_rad));
-    made.add("latCell", &["nCells"], angles(tables.center.lat_rad));
-    made.add("lonVertex", &["nVertices"], angles(tables.corner.lon_rad));
-    made.add("latVertex", &["nVertices"], angles(tables.corner.lat_rad));
-    made.add("nEdgesOnCell", &["nCells"], index(tables.cell_corner_count.unwrap()));
-    made.add("verticesOnCell", &["nCells", "maxEdges"], index(tables.cell_corner));
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let part = icoray_netcdf::open(&path).unwrap();
-    let (grid, expected) = (part.mesh().grid().unwrap(), file.mesh().grid().unwrap());
-    assert_eq!(grid.void_triangles(), expected.void_triangles());
-    for corner in 0..3924 {
-        assert_eq!(grid.is_triangle(corner), expected.is_triangle(corner), "{corner}");
-        if expected.is_triangle(corner) {
-            let [found, known] = [&grid, &expected].map(|grid| {
-                let mut cells = grid.triangle(corner);
-                cells.sort_unstable();
-                cells
-            });
-            assert_eq!(found, known, "{corner}");
         }
     }
 }

@@ -18,11 +18,15 @@ const FROM: &str = "ICORAY_TEST_HOSTILE_FROM";
 /// Exit code of a process in which a call had no end.
 const HUNG: i32 = 86;
 
-/// A file with some bytes flipped, overwritten, moved or cut off.
+/// Bytes of a classic file that hold its header.
+const HEADER: usize = 2600;
+
+/// A file with some bytes flipped, overwritten, moved or cut off, half of them near its begin, where headers are.
 fn spoilt(whole: &[u8], random: &mut Random) -> Vec<u8> {
     let mut bytes = whole.to_vec();
     for _ in 0..=random.below(4) {
-        let at = random.below(bytes.len());
+        let end = if random.below(2) == 0 { bytes.len() } else { bytes.len().min(HEADER) };
+        let at = random.below(end);
         let end = (at + 1 + random.below(16)).min(bytes.len());
         match random.below(6) {
             0 => bytes[at] ^= 1 << random.below(8),
@@ -144,7 +148,7 @@ fn damaged_files_end_in_a_result() {
     if let Ok(folder) = std::env::var(FOLDER) {
         return read_in_child(&folder);
     }
-    let count: usize = count(60, 200);
+    let count: usize = count(100, 400);
     for (made, seed) in files().iter().zip(1..) {
         for (format, options) in formats() {
             let (_folder, path): (_, PathBuf) = made.write(options);

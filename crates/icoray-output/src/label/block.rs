@@ -78,15 +78,12 @@ impl Block {
 
     /// Lines below each other, none wider than `max_width`; right-aligned if `is_right`.
     pub fn lines(texts: &[String], size: Size, max_width: i64, is_right: bool) -> Self {
-        let masks: Vec<Mask> = texts.iter().map(|text| size.fitting(text, max_width).line(text)).collect();
-        let width = masks.iter().map(|mask| mask.width).max().unwrap_or(0);
-        let (mut block, mut y) = (Block::default(), 0);
-        for mask in masks {
-            let (x, height) = (if is_right { width - mask.width } else { 0 }, mask.height);
-            block.text(x, y, mask);
-            y += height;
-        }
-        block
+        let line = |text: &String| {
+            let mut block = Block::default();
+            block.text(0, 0, size.fitting(text, max_width).line(text));
+            block
+        };
+        Self::below_each_other(texts.iter().map(line).collect(), 0, is_right)
     }
 
     /// The block with its last text in another colour.

@@ -267,17 +267,6 @@ fn each_label_can_be_left_out() {
 }
 
 #[test]
-fn pictures_too_small_for_labels_are_drawn_all_the_same() {
-    for (width, height) in [(1, 1), (3, 200), (200, 3), (40, 40)] {
-        for place in ["auto", "right", "left", "bottom", "below"] {
-            let canvas =
-                drawn(&scene(width, height, 3.0, &format!("place = \"{place}\"\ntitle = \"{{name}} {{step}}\"")));
-            assert_eq!(canvas.rgba.len(), 4 * (canvas.width * canvas.height) as usize);
-        }
-    }
-}
-
-#[test]
 fn words_come_from_the_file_the_model_or_the_scene() {
     let said = |more: &str| {
         let scene = scene(64, 64, 3.0, more);

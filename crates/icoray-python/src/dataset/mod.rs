@@ -118,7 +118,7 @@ impl Dataset {
         let fields = fields.iter().map(source).collect::<PyResult<Vec<_>>>()?;
         let others = others.iter().map(source).collect::<PyResult<Vec<_>>>()?;
         let opened = py.detach(|| -> icoray::Result<Opened> {
-            let dataset = icoray_dataset::Dataset::with_options(Combined::of(fields)?, others, None, options)?;
+            let dataset = icoray_dataset::Dataset::new(Combined::of(fields)?, others, None, options)?;
             let grid = checked(dataset.shared_mesh())?;
             Ok(Opened { dataset, grid, bytes_copied, heights: Mutex::default() })
         });

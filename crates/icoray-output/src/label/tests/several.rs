@@ -93,7 +93,7 @@ fn bars_below_are_side_by_side_where_there_is_room() {
 }
 
 #[test]
-fn bars_that_do_not_fit_are_not_drawn() {
+fn bars_that_do_not_fit_are_not_drawn_and_small_pictures_are_drawn_all_the_same() {
     let one = |name: &str| {
         format!("[[surfaces]]\nlayer = 0\nfield = \"{name}\"\ntransfer = {{ map = \"plasma\", range = [0, 1] }}\n")
     };
@@ -102,8 +102,11 @@ fn bars_that_do_not_fit_are_not_drawn() {
     assert!((4..8).contains(&bars.len()), "{bars:?}");
     for (width, height) in [(1, 1), (3, 200), (200, 3), (40, 40)] {
         for place in ["auto", "right", "left", "bottom", "below"] {
-            let canvas = drawn(width, height, &format!("place = \"{place}\""), &format!("{many}{PLAIN}"));
-            assert_eq!(canvas.rgba.len(), 4 * (canvas.width * canvas.height) as usize);
+            for more in ["", &format!("{many}{PLAIN}")] {
+                let labels = format!("place = \"{place}\"\ntitle = \"{{name}} {{step}}\"\n{more}");
+                let canvas = picture(&scene(width, height, 3.0, &labels));
+                assert_eq!(canvas.rgba.len(), 4 * (canvas.width * canvas.height) as usize);
+            }
         }
     }
 }
