@@ -8,12 +8,11 @@ mod measure;
 mod random;
 mod tolerances;
 
-use crate::montage::frame;
+use crate::picture::write_pixels;
 use crate::plot::{Chart, Line};
 use crate::results::{Table, progress, say, threads, write_file};
 use crate::scenes::{self, Dataset, PreparedDataset, StudyScene, data_directory, select};
 use findings::Finding;
-use icoray::output::write_picture;
 use icoray::{Error, ErrorKind, Renderer, Result};
 use icoray_progress::Bar;
 use icoray_reference::oracle;
@@ -40,6 +39,9 @@ pub struct Options {
     /// scene's first run of exact.
     #[arg(long, default_value_t = 1.0)]
     pub longest: f64,
+    /// The views of the paper's Figures 8 and 9: at the wave of the real fields, near the limb of the synthetic ones.
+    #[arg(long)]
+    pub close_up: bool,
     /// A few small scenes and runs, for a trial run.
     #[arg(long)]
     pub quick: bool,
@@ -81,6 +83,9 @@ impl Options {
         if self.size.is_none() && !self.quick {
             let large = scenes.iter_mut().filter(|scene| scene.dataset == Dataset::MultiScaleHigh);
             large.for_each(|scene| scene.resize(HIGH_WIDTH));
+        }
+        if self.close_up {
+            scenes.iter_mut().for_each(StudyScene::close_up);
         }
         Ok(scenes)
     }
@@ -147,7 +152,9 @@ impl Study<'_> {
         self.bar.set_prefix(scene.name.clone());
         self.bar.set_message("oracle");
         let truth = oracle::picture(&job, self.all_threads)?;
-        self.picture(scene, &truth)?;
+        let pixels = truth.iter().map(|p| p.map(|c| c as f32)).collect();
+        let path = self.options.out.join(format!("{}.png", scene.name));
+        write_pixels(&path, [scene.scene.width, scene.scene.height], pixels)?;
         let ladders = ladders(prepared.thickness(&scene.scene)?, lit, self.options.quick);
         let effort = Effort { repeats: self.options.repeats, longest_s: self.options.longest };
         let runs = ladders.iter().map(Vec::len).sum::<usize>() * effort.repeats.max(1);
@@ -164,12 +171,6 @@ impl Study<'_> {
         self.reported_errors.push(findings::reported_errors(&scene.name, lit, &measured));
         // After each scene, so that an interrupted study has results.
         self.write_verdict()
-    }
-
-    fn picture(&self, scene: &StudyScene, truth: &[[f64; 4]]) -> Result<()> {
-        let pixels = truth.iter().map(|p| p.map(|c| c as f32)).collect();
-        let picture = frame(scene.scene.width, scene.scene.height, pixels);
-        write_picture(&self.options.out.join(format!("{}.png", scene.name)), &picture)
     }
 
     fn charts(&self, scene: &StudyScene, measured: &[Measured]) -> Result<()> {

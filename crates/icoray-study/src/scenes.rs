@@ -4,7 +4,7 @@ pub(crate) mod multi_scale;
 mod stiff;
 
 use glam::DVec3;
-use icoray::{Error, ErrorKind, Field, Grid, Layers, Precision, Renderer, Result, Scene};
+use icoray::{Camera, Error, ErrorKind, Field, Grid, Layers, Precision, Renderer, Result, Scene};
 use icoray_reference::job::Job;
 use icoray_reference::radial;
 use icoray_reference::sphere::{self, Sphere};
@@ -33,6 +33,16 @@ impl StudyScene {
     pub fn resize(&mut self, width: u32) {
         let height = f64::from(self.scene.height) * f64::from(width) / f64::from(self.scene.width);
         (self.scene.width, self.scene.height) = (width, (height.round() as u32).max(1));
+    }
+
+    /// Looks at the wave of a real field from nearby, or past the limb of a synthetic one.
+    pub fn close_up(&mut self) {
+        let (eye, target, fov) = match self.dataset {
+            Dataset::Vorticity | Dataset::Theta => ([-1.908, -0.406, 1.219], [-0.62, -0.16, 0.80], 14.0),
+            _ => ([1.65, 0.95, 0.55], [0.7, 0.5, 0.74], 20.0),
+        };
+        let camera = Camera::look_at(eye, target, [0.0, 0.0, 1.0], fov);
+        self.scene.camera = camera.expect("eye and target are apart");
     }
 }
 
