@@ -29,7 +29,7 @@ pub struct Context(*mut icoray_ctx);
 // SAFETY: the context locks itself.
 unsafe impl Send for Context {}
 
-/// ColumnValues of columns and layers, which live until the context has executed.
+/// Values of columns and layers, which live until the context has executed.
 pub struct ColumnValues<'a> {
     /// Element 0 of the strides.
     pub data: *const c_void,
