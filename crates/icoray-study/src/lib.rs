@@ -6,7 +6,6 @@ mod error;
 mod fig6;
 #[cfg(feature = "gpu")]
 mod gpu;
-mod gradients;
 mod levels;
 mod live;
 mod orders;
@@ -45,8 +44,6 @@ pub enum Study {
     Levels(levels::Options),
     /// Error against run time of all methods on all scenes: table, plots and a verdict.
     Error(error::Options),
-    /// Bytes per second of the gradients at all vertices, beside a plain copy of as many bytes.
-    Gradients(gradients::Options),
     /// Frames per second of the live view, and the time from a movement to its picture.
     Live(live::Options),
     /// Milliseconds of frames on a GPU, beside the CPU's and the paper's, and their share of the device's peak rates.
@@ -79,7 +76,6 @@ impl Study {
             Study::Corners(options) => corners::run(options, out),
             Study::Levels(options) => levels::run(options, out),
             Study::Error(options) => error::run(options, out),
-            Study::Gradients(options) => gradients::run(options, out),
             Study::Live(options) => live::run(options, out),
             #[cfg(feature = "gpu")]
             Study::Gpu(options) => gpu::run(options, out),
