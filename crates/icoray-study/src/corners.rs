@@ -1,9 +1,8 @@
 //! Scenes in which ray casting is easily slow, each beside a scene that should cost about as much.
 //!
-//! Frames of both alternate, so that the machine's noise affects both: the least seconds of each are reported, and the
-//! median ratio of pairs.
+//! Frames of both alternate: the least seconds of each are reported, and the median ratio of pairs.
 
-use crate::results::{Table, io_error, progress, replace_section, say};
+use crate::results::{Table, in_turn, io_error, progress, replace_section, say};
 use crate::scenes::multi_scale::{self, HEADLIGHT, RANGE};
 use crate::scenes::select;
 use crate::speed::{self, Size};
@@ -90,19 +89,11 @@ fn measure(cases: [&Case; 2], name: &str, renderer: &Renderer, options: &Options
     let grids = [spheres[0].grid()?, spheres[1].grid()?];
     let [scene, base] = cases.map(|case| multi_scale::view(case.pixels, &case.scene));
     let scenes = [scene?, base?];
-    let mut least = [f64::INFINITY; 2];
-    let mut ratios = Vec::new();
-    for _ in 0..options.frames.max(1) {
-        let mut seconds = [0.0; 2];
-        for which in 0..2 {
-            let path = options.out.join(format!("{name}_{}{}.png", cases[0].size, ["", "_base"][which]));
-            seconds[which] = draw(renderer, &scenes[which], &spheres[which], &grids[which], &path)?;
-            least[which] = least[which].min(seconds[which]);
-        }
-        ratios.push(seconds[0] / seconds[1]);
-    }
-    ratios.sort_by(f64::total_cmp);
-    Ok([least[0], least[1], ratios[ratios.len() / 2]].map(|number| format!("{number:.3}")))
+    let figures = in_turn(options.frames, |which| {
+        let path = options.out.join(format!("{name}_{}{}.png", cases[0].size, ["", "_base"][which]));
+        draw(renderer, &scenes[which], &spheres[which], &grids[which], &path)
+    })?;
+    Ok(figures.map(|number| format!("{number:.3}")))
 }
 
 /// Renders a frame of new fields, from which nothing derived is cached, and writes it; returns the seconds of rendering.

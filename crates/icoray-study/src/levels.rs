@@ -1,6 +1,6 @@
 //! Levels of detail: seconds and errors of pictures on the model's grid and, of the same values, on coarser ones.
 
-use crate::results::{Table, progress, replace_section, say};
+use crate::results::{Table, in_turn, progress, replace_section, say};
 use crate::scenes::multi_scale::{self, Opacity};
 use crate::speed::{self, Size};
 use icoray::{Field, Frame, Renderer, Result, Scene};
@@ -85,15 +85,13 @@ fn measure([finest, coarser]: &[Renderer; 2], sphere: &Sphere, scene: &Scene, fr
     draw(coarser, &field)?;
     let (values_s, _) = draw(coarser, &field)?;
     draw(finest, &field)?;
-    let drawn = |renderer: &Renderer| draw(renderer, &field);
-    let ((mut grid_s, on_grid), (mut levels_s, on_levels)) = (drawn(finest)?, drawn(coarser)?);
-    let mut ratios = vec![levels_s / grid_s];
-    for _ in 1..frames {
-        let (one, other) = (drawn(finest)?.0, drawn(coarser)?.0);
-        ratios.push(other / one);
-        (grid_s, levels_s) = (grid_s.min(one), levels_s.min(other));
-    }
-    ratios.sort_by(f64::total_cmp);
+    let mut drawn = [const { None }; 2];
+    let [levels_s, grid_s, ratio] = in_turn(frames, |which| {
+        let (seconds, frame) = draw([coarser, finest][which], &field)?;
+        drawn[which] = Some(frame);
+        Ok(seconds)
+    })?;
+    let [on_levels, on_grid] = drawn.map(|frame: Option<Frame>| frame.expect("one of each is drawn"));
     let pairs = on_grid.pixels.as_flattened().iter().zip(on_levels.pixels.as_flattened());
     let difference = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     let level = on_levels.report.quality.level.to_string();
@@ -105,7 +103,7 @@ fn measure([finest, coarser]: &[Renderer; 2], sphere: &Sphere, scene: &Scene, fr
         seconds(values_s - levels_s),
         level,
         seconds(levels_s),
-        seconds(ratios[ratios.len() / 2]),
+        seconds(ratio),
         format!("{:.1e}", error.max),
         format!("{:.1e}", error.mean),
         format!("{difference:.1e}"),

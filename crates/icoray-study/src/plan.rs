@@ -6,8 +6,9 @@
 use crate::results::{Table, progress, say, threads};
 use crate::scenes::multi_scale::{self, HEADLIGHT, TRANSFERS};
 use crate::scenes::select;
+use crate::speed::{PACKED, bytes_read};
 use glam::DVec3;
-use icoray::{FrameReport, Grid, Renderer, Result, Savings, Scene};
+use icoray::{FrameReport, Grid, Lights, Renderer, Result, Savings, Scene};
 use icoray_reference::sphere::{self, Sphere};
 use std::io::Write;
 use std::path::PathBuf;
@@ -71,22 +72,17 @@ impl Cost {
     fn of(reports: &[FrameReport], is_packed: bool) -> Self {
         let seconds = reports.iter().map(|report| report.timing.prepare_s + report.timing.render_s);
         let last = &reports[reports.len() - 1];
+        let gradient = match (last.quality.lights, is_packed) {
+            (Lights::Off, _) => 0,
+            (_, true) => PACKED,
+            (_, false) => 12,
+        };
         Cost {
             seconds: seconds.fold(f64::INFINITY, f64::min),
-            read: bytes_read(last, is_packed),
+            read: bytes_read(&last.counts, false, gradient),
             derived: last.bytes_derived as u64,
         }
     }
-}
-
-/// Bytes that rays read: tables and a vertex for each column, three values more for each frustum.
-fn bytes_read(report: &FrameReport, is_packed: bool) -> u64 {
-    let vertex = match (report.quality.lights, is_packed) {
-        (icoray::Lights::Off, _) => 4,
-        (_, true) => 4 + 8,
-        (_, false) => 4 + 12,
-    };
-    64 * report.counts.columns + 3 * vertex * report.counts.frusta
 }
 
 struct Row<'r> {

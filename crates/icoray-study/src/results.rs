@@ -1,6 +1,7 @@
 //! The output of studies: lines, directories, files, CSV tables, and tables inside a README.
 
 use icoray::{Error, ErrorKind, Result};
+use icoray_reference::comparison::median;
 use std::fmt::{Arguments, Display};
 use std::fs::File;
 use std::io::Write;
@@ -36,6 +37,18 @@ pub(crate) fn read_text(path: &Path) -> Result<String> {
 /// Writes a file, replacing an older one.
 pub(crate) fn write_file(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
     std::fs::write(path, content).map_err(|e| io_error(path, e))
+}
+
+/// Draws frames of two kinds in turn, so that noise of the machine affects both; `draw` returns the seconds of one.
+/// Returns the least seconds of both, and the median of the ratios of a frame of the first to the next of the second.
+pub(crate) fn in_turn(pairs: usize, mut draw: impl FnMut(usize) -> Result<f64>) -> Result<[f64; 3]> {
+    let (mut least, mut ratios) = ([f64::INFINITY; 2], Vec::new());
+    for _ in 0..pairs.max(1) {
+        let pair = [draw(0)?, draw(1)?];
+        ratios.push(pair[0] / pair[1]);
+        least = [least[0].min(pair[0]), least[1].min(pair[1])];
+    }
+    Ok([least[0], least[1], median(ratios)])
 }
 
 /// A number of threads in words.
