@@ -8,7 +8,6 @@ mod fig6;
 mod gpu;
 mod levels;
 mod live;
-mod orders;
 mod peak;
 mod picture;
 mod plan;
@@ -49,8 +48,6 @@ pub enum Study {
     /// Milliseconds of frames on a GPU, beside the CPU's and the paper's, and their share of the device's peak rates.
     #[cfg(feature = "gpu")]
     Gpu(gpu::Options),
-    /// Orders of convergence of all methods, in the step and in the mesh.
-    Orders(orders::Options),
     /// Time and bytes that each saving of the plan saves, and its cost where it saves nothing.
     Plan(plan::Options),
     /// Load balance and communication of 1 to 64 ranks, simulated in one process.
@@ -79,7 +76,6 @@ impl Study {
             Study::Live(options) => live::run(options, out),
             #[cfg(feature = "gpu")]
             Study::Gpu(options) => gpu::run(options, out),
-            Study::Orders(options) => orders::run(options, out),
             Study::Plan(options) => plan::run(options, out),
             Study::Ranks(options) => ranks::run(options, out),
             Study::Scale(options) => scale::run(options, out),
