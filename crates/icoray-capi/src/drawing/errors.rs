@@ -91,18 +91,6 @@ mod tests {
     }
 
     #[test]
-    fn fields_without_values_are_reported_once() {
-        let report = |fields: &[&str]| {
-            let without_values = fields.iter().copied().map(String::from).collect();
-            FrameReport { without_values, ..FrameReport::default() }
-        };
-        let frames = [(1, &[][..]), (2, &["q"]), (3, &["q"]), (4, &["t", "q"])];
-        let lines = logged(Level::Warn, frames.map(|(step, fields)| (step, "", report(fields))));
-        let fields: Vec<&str> = lines.iter().map(|(_, line)| line.split(" has no").next().unwrap()).collect();
-        assert_eq!(fields, ["step 2: field \"q\"", "step 4: field \"t\""]);
-    }
-
-    #[test]
     fn samples_and_colours_are_hinted_at_once_for_each_view() {
         let report = |samples, mean| FrameReport {
             sampling: SamplingReport {
