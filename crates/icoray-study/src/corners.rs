@@ -3,7 +3,7 @@
 //! Frames of both alternate: the least seconds of each are reported, and the median ratio of pairs.
 
 use crate::results::{Table, in_turn, io_error, progress, replace_section, say};
-use crate::scenes::multi_scale::{self, HEADLIGHT, RANGE};
+use crate::scenes::multi_scale::{self, HEADLIGHT, RANGE, TRANSFERS, volume};
 use crate::scenes::select;
 use crate::speed::{self, Size};
 use icoray::{Fields, Grid, Renderer, Result, Scene};
@@ -115,7 +115,7 @@ fn corners(options: &Options) -> Vec<Corner> {
     };
     let corner = |name, case, base_name, base, aim| Corner { name, case, base_name, base, aim };
     let lit = |scene: &str| format!("{scene}{HEADLIGHT}\n");
-    let [dense, lobes, other] = [("f", DENSE), ("f", multi_scale::lobes), ("g", multi_scale::lobes)]
+    let [dense, lobes, other] = [("f", TRANSFERS[0].1), ("f", multi_scale::lobes), ("g", multi_scale::lobes)]
         .map(|(field, opacity)| volume(field, &multi_scale::knots(16, opacity)));
     let both = format!("{lobes}{other}");
     let (dense_lit, isosurfaces) = (lit(&dense), lit(ISOSURFACES));
@@ -140,17 +140,11 @@ fn corners(options: &Options) -> Vec<Corner> {
     ]
 }
 
-const DENSE: multi_scale::Opacity = |_| 0.5;
-
 /// An opaque layer below all others.
 const LAYER: &str =
     "[[surfaces]]\nlayer = \"bottom\"\nfield = \"f\"\ntransfer = { map = \"viridis\", range = [-1, 1] }\n";
 
 const ISOSURFACES: &str = "[[isosurfaces]]\nfield = \"f\"\nvalues = [-0.3, 0.4]\ncolors = [\"teal\", \"gold\"]\n";
-
-fn volume(field: &str, knots: &str) -> String {
-    format!("[[volumes]]\nfield = \"{field}\"\ntransfer = {{ knots = [\n{knots}] }}\n")
-}
 
 /// The text of knots on `lines` lines, each in so many parts, of extinctions that rise and fall.
 fn zigzag(lines: u32, parts: u32) -> String {

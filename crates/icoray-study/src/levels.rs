@@ -1,7 +1,7 @@
 //! Levels of detail: seconds and errors of pictures on the model's grid and, of the same values, on coarser ones.
 
 use crate::results::{Table, in_turn, progress, replace_section, say};
-use crate::scenes::multi_scale::{self, Opacity};
+use crate::scenes::multi_scale;
 use crate::speed::{self, Size};
 use icoray::{Field, Frame, Renderer, Result, Scene};
 use icoray_reference::sphere::{Sphere, multi_scale as field};
@@ -39,8 +39,6 @@ pub struct Options {
 const COLUMNS: &str =
     "grid,scene,tolerance,grid_s,grids_s,values_s,level,levels_s,ratio,reported,mean_reported,difference";
 
-const SCENES: [(&str, Opacity); 2] = [("dense", |_| 0.5), ("lobes", multi_scale::lobes)];
-
 /// Measures all sizes and tolerances, prints a line for each and writes the table.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let mut table = Table::create(options.out.join("levels.csv"), COLUMNS, COLUMNS)?;
@@ -48,15 +46,14 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
                         reported, largest | mean | largest difference |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n"
         .to_owned();
     say!(out, "{}", table.heading())?;
-    let bar = progress(options.sizes.len() * SCENES.len() * options.tolerances.len(), "pictures");
+    // Dense and lobes.
+    let scenes = &multi_scale::TRANSFERS[..2];
+    let bar = progress(options.sizes.len() * scenes.len() * options.tolerances.len(), "pictures");
     for size in &options.sizes {
         let renderers = [Renderer::new(options.threads)?, Renderer::new(options.threads)?.with_levels()];
         let sphere = renderers[0].run(|| Sphere::new(size.level, size.layers, [1.0, 1.15], field))?;
-        for (name, opacity) in SCENES {
-            let volume = format!(
-                "[[volumes]]\nfield = \"f\"\ntransfer = {{ knots = [\n{}] }}\n",
-                multi_scale::knots(16, opacity)
-            );
+        for &(name, opacity) in scenes {
+            let volume = multi_scale::volume("f", &multi_scale::knots(16, opacity));
             for &tolerance in &options.tolerances {
                 let text = format!("tolerance = {tolerance:e}\n{volume}");
                 let row = measure(&renderers, &sphere, &multi_scale::view(options.pixels, &text)?, options.frames)?;

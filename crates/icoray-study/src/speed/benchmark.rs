@@ -234,14 +234,6 @@ impl Setup {
         let times: Vec<_> = self.seconds.iter().map(|min| format!("{min:.3}")).collect();
         times.join(", ")
     }
-
-    pub fn per_triangle(&self) -> f64 {
-        self.derived_bytes as f64 / self.triangles as f64
-    }
-
-    pub fn per_cell(&self) -> f64 {
-        self.derived_bytes as f64 / self.cells as f64
-    }
 }
 
 /// Of the next triangle: its number, its row of `corner_cell`, its new vertex' direction.
