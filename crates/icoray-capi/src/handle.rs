@@ -202,7 +202,8 @@ unsafe fn entered(
         // SAFETY: the caller promises an open context.
         let ctx = unsafe { ctx.as_ref() }.ok_or_else(|| Failure::null("ctx"))?;
         let mut entry = enter(ctx).inspect_err(|_| is_refused = true)?;
-        entry.context.pump();
+        // Every call does, so that frames in the background complete.
+        entry.context.drawing.pump();
         call(ctx, &mut entry.context)
     });
     if is_refused {
