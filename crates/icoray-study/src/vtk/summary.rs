@@ -36,8 +36,8 @@ impl Line {
 pub(super) fn summary(rows: &[Row], options: &Options, failures: &[String]) -> String {
     let memory = |renderer: &str| Line::of(rows, renderer).map_or_else(|| "- | -".to_owned(), Line::cells);
     let mut text = format!(
-        "\nTimes icoray's, and memory:\n\n| | frame | frame of new values | preparation | bytes per wedge | MiB for any \
-         grid |\n|---|---|---|---|---|---|\n| {OURS} | 1 | 1 | 1 | {} |\n",
+        "\nTimes icoray's, and memory:\n\n| | frame | frame of new values | preparation | bytes per wedge | MiB for \
+         any grid |\n|---|---|---|---|---|---|\n| {OURS} | 1 | 1 | 1 | {} |\n",
         memory(OURS)
     );
     for renderer in options.renderers.iter().filter(|name| rows.iter().any(|row| row.renderer == **name)) {

@@ -8,7 +8,8 @@ const TRANSFERS: [(&str, f64, &str); 3] = [
     (
         "smooth",
         2.0,
-        r##"{ value = -1.5, color = "#2040ff", extinction = 0.5 }, { value = 1.5, color = "orange", extinction = 0.1 }"##,
+        r##"{ value = -1.5, color = "#2040ff", extinction = 0.5 },
+{ value = 1.5, color = "orange", extinction = 0.1 }"##,
     ),
     (
         "kinks",
@@ -34,9 +35,9 @@ fn smooth_field(p: DVec3) -> f64 {
 
 fn scene(knots: &str) -> Scene {
     Scene::parse(&format!(
-        "field = \"smooth\"\nprecision = \"f64\"\nantialias = false\nbackground = \"transparent\"\ncore = \"transparent\"\n\
-         [image]\nwidth = 24\nheight = 24\n[camera]\nlon = 25\nlat = 20\ndistance = 3.6\nfov = 42\n\
-         [transfer]\nunit_length = 0.15\nknots = [ {knots} ]"
+        "field = \"smooth\"\nprecision = \"f64\"\nantialias = false\nbackground = \"transparent\"\n\
+         core = \"transparent\"\n[image]\nwidth = 24\nheight = 24\n[camera]\nlon = 25\nlat = 20\ndistance = 3.6\n\
+         fov = 42\n[transfer]\nunit_length = 0.15\nknots = [ {knots} ]"
     ))
     .unwrap()
 }
