@@ -3,7 +3,7 @@
 use crate::borrow::{ArrayInput, Versioned, argument};
 use crate::boundary::{Failure, Outcome};
 use crate::drawing::Drawing;
-use crate::types::{icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
+use crate::types::{icoray_config, icoray_ndarray, icoray_status};
 use icoray_core::output::Stamp;
 use icoray_core::{Description, Grid, GridTables, Layers, LonLat, OwnedTables, Ranks, Script, View};
 use std::collections::BTreeSet;
@@ -44,7 +44,7 @@ pub struct Context {
     levels: TimeLevels,
     /// Grids of pictures so far, whose holes were logged.
     drawn_grids: Vec<Weak<()>>,
-    drawing: Drawing,
+    pub(crate) drawing: Drawing,
     /// The ranks that render together, or this process alone.
     ranks: Ranks,
     /// Message of the internal error after which the state of the context is not trusted.
@@ -94,10 +94,6 @@ impl Context {
         let Some(poison) = &self.poison else { return Ok(()) };
         let message = format!("the context failed earlier and accepts no more calls ({poison})");
         Err(Failure::new(icoray_status::ICORAY_ERR_INTERNAL, message))
-    }
-
-    pub fn warn(&self, message: &str) {
-        self.drawing.warn(message);
     }
 
     /// Logs the failure of a call, and poisons the context after an internal error.
@@ -256,15 +252,6 @@ impl Context {
         }
         let outcome = self.drawing.finish();
         if self.poison.is_some() { Ok(()) } else { outcome }
-    }
-
-    /// Progresses the messages of frames that ranks render in the background. Every call does, so that frames complete.
-    pub fn pump(&mut self) {
-        self.drawing.pump();
-    }
-
-    pub fn report(&mut self) -> Outcome<icoray_frame_report> {
-        self.drawing.report()
     }
 }
 

@@ -147,7 +147,7 @@ pub unsafe extern "C" fn icoray_report(ctx: *mut icoray_ctx, report: *mut icoray
     unsafe {
         with(ctx, |context| {
             check_struct(report.cast_const())?;
-            report.write(context.report()?);
+            report.write(context.drawing.report()?);
             Ok(())
         })
     }

@@ -35,7 +35,7 @@ pub unsafe extern "C" fn icoray_open_serial(config: *const icoray_config, ctx: *
             let mut alone = Ranks::alone();
             let threads = ranks::share_of_processors(&mut alone)?;
             let context = configured(config, &alone, threads)?;
-            ranks::warn_of_ranks(|message| context.warn(message));
+            ranks::warn_of_ranks(|message| context.drawing.warn(message));
             ctx.write(Box::into_raw(Box::new(icoray_ctx::new(context))));
         }
         Ok(())

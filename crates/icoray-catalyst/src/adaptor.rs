@@ -4,10 +4,10 @@ use crate::blueprint::Topology;
 use crate::channels::{Channel, NamedField, Place, Places, named_fields, places_of};
 use crate::conduit::Node;
 use crate::context::Context;
-use crate::fields::{CopiedField, CopiedValues, set, set_empty};
+use crate::fields::{CopiedField, set, set_empty};
 use crate::grid::{HostGrid, HostMeshes, Setting};
 use crate::peers::{Peers, teams_of_host};
-use icoray::{Error, ErrorKind, Result};
+use icoray::{Error, ErrorKind, OwnedReals, Result};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The context of a host, its grids and its other ranks.
@@ -15,7 +15,7 @@ pub struct Adaptor {
     /// Dropped first, as it reads what follows.
     context: Context,
     grids: BTreeMap<String, Slot>,
-    copies: Vec<CopiedValues>,
+    copies: Vec<OwnedReals>,
     peers: Peers,
     scene_fields: Vec<String>,
     /// The fields that the context has.

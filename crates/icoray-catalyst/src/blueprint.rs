@@ -2,8 +2,9 @@
 //!
 //! Reference: <https://llnl-conduit.readthedocs.io/en/latest/blueprint_mesh.html>, and ParaView Catalyst's channels.
 
-use crate::conduit::{Array, Node};
+use crate::conduit::{Array, Node, NumberType};
 use crate::elements::Elements;
+use crate::fields::FieldKind;
 use glam::DVec3;
 use icoray::{Error, Result};
 
@@ -24,17 +25,10 @@ pub struct Geometry<'a> {
     pub elements: Elements<'a>,
 }
 
-/// Where a field has its values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Association {
-    Element,
-    Vertex,
-}
-
 pub struct BlueprintField<'a> {
     pub name: String,
     pub topology: String,
-    pub association: Association,
+    pub kind: FieldKind,
     pub values: Array<'a>,
 }
 
@@ -53,24 +47,28 @@ pub fn mesh_of(channel: Node) -> Result<Option<Node>> {
 }
 
 /// The fields of a mesh: an array each, or one for each component, then named as `velocity.u`. Others are left out.
-pub fn fields(mesh: Node) -> Vec<BlueprintField> {
+pub fn fields<'a>(mesh: Node<'a>) -> Vec<BlueprintField<'a>> {
     let mut found = Vec::new();
     for (name, node) in mesh.at("fields").into_iter().flat_map(Node::children) {
         let Some(topology) = node.text_at("topology") else { continue };
-        let association = match node.text_at("association").as_deref() {
-            Some("element") => Association::Element,
-            Some("vertex") => Association::Vertex,
+        let is_at_elements = match node.text_at("association").as_deref() {
+            Some("element") => true,
+            Some("vertex") => false,
             _ => continue,
+        };
+        let mut add = |name: String, values: Array<'a>| {
+            let kind = FieldKind { is_at_elements, is_f64: values.kind() != NumberType::F32 };
+            found.push(BlueprintField { name, topology: topology.clone(), kind, values });
         };
         let Some(values) = node.at("values") else { continue };
         if let Some(values) = values.array() {
-            found.push(BlueprintField { name, topology, association, values });
+            add(name, values);
             continue;
         }
         for (component, values) in values.children() {
-            let Some(values) = values.array() else { continue };
-            let (name, topology) = (format!("{name}.{component}"), topology.clone());
-            found.push(BlueprintField { name, topology, association, values });
+            if let Some(values) = values.array() {
+                add(format!("{name}.{component}"), values);
+            }
         }
     }
     found

@@ -57,11 +57,7 @@ pub fn places_of(name: &str, channels: &[Channel]) -> Vec<Place> {
         let qualified = name.strip_prefix(&channel.name).and_then(|rest| rest.strip_prefix('.'));
         for field in channel.fields.iter().filter(|field| field.name == name || Some(field.name.as_str()) == qualified)
         {
-            places.push(Place {
-                channel: channel.name.clone(),
-                topology: field.topology.clone(),
-                kind: FieldKind::of(field),
-            });
+            places.push(Place { channel: channel.name.clone(), topology: field.topology.clone(), kind: field.kind });
         }
     }
     places

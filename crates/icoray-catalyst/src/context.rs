@@ -10,14 +10,13 @@ use icoray_context::inputs::{
 use icoray_context::log::icoray_log_stderr;
 use icoray_context::open::{icoray_close, icoray_open_serial, last_error, open_over};
 use icoray_context::types::{
-    ICORAY_CENTER, ICORAY_CORNER, ICORAY_DISABLE, ICORAY_F32, ICORAY_F64, ICORAY_I64, ICORAY_LOG_WARN,
-    ICORAY_OVERWRITE, icoray_array, icoray_config, icoray_frame_report, icoray_layers, icoray_part, icoray_status,
+    ICORAY_DISABLE, ICORAY_I64, ICORAY_LOG_WARN, ICORAY_OVERWRITE, icoray_array, icoray_config, icoray_frame_report,
+    icoray_layers, icoray_part, icoray_status,
 };
-use std::ffi::{CStr, CString, c_char, c_void};
+use std::ffi::{CStr, CString, c_char};
 use std::ptr;
 use std::sync::Arc;
 
-use crate::order::Strides;
 use crate::surface::OwnedRows;
 
 /// Directory of the pictures, in the host's working directory.
@@ -28,19 +27,6 @@ pub struct Context(*mut icoray_ctx);
 
 // SAFETY: the context locks itself.
 unsafe impl Send for Context {}
-
-/// ColumnValues of columns and layers, which live until the context has executed.
-pub struct ColumnValues<'a> {
-    /// Element 0 of the strides.
-    pub data: *const c_void,
-    pub is_f64: bool,
-    pub is_at_corners: bool,
-    pub columns: usize,
-    pub layers: usize,
-    pub strides: Strides,
-    /// The name of grid and layers.
-    pub grid: &'a str,
-}
 
 impl Context {
     /// Opens a context over ranks, or for one process. Collective.
@@ -136,8 +122,7 @@ impl Context {
     }
 
     /// Sets the radii of layers, of the name of their grid.
-    pub fn set_layers(&self, name: &str, radii: &[f64], planet_radius: f64) -> Result<()> {
-        let name = c_string(name);
+    pub fn set_layers(&self, name: &CStr, radii: &[f64], planet_radius: f64) -> Result<()> {
         let layers = icoray_layers {
             struct_size: size_of::<icoray_layers>(),
             count: radii.len() as i64,
@@ -150,19 +135,16 @@ impl Context {
     }
 
     /// Sets heights of points, or removes them.
-    pub fn set_heights(&self, heights: Option<&ColumnValues>) -> Result<()> {
-        let grid = heights.map(|values| c_string(values.grid)).unwrap_or_default();
-        let array = heights.map(|values| values.as_c(&grid));
-        let array = array.as_ref().map_or(ptr::null(), ptr::from_ref);
-        // SAFETY: an open context; NULL or values that the caller keeps.
-        checked(unsafe { icoray_heights_set(self.0, array) }, self.0)
+    pub fn set_heights(&self, heights: Option<&icoray_array>) -> Result<()> {
+        let heights = heights.map_or(ptr::null(), ptr::from_ref);
+        // SAFETY: an open context; NULL or values that the caller keeps until it has executed.
+        checked(unsafe { icoray_heights_set(self.0, heights) }, self.0)
     }
 
-    pub fn set_field(&self, name: &str, values: &ColumnValues) -> Result<()> {
-        let (name, grid) = (c_string(name), c_string(values.grid));
-        let array = values.as_c(&grid);
-        // SAFETY: an open context; values that the caller keeps.
-        checked(unsafe { icoray_field_set(self.0, name.as_ptr(), &raw const array) }, self.0)
+    pub fn set_field(&self, name: &str, values: &icoray_array) -> Result<()> {
+        let name = c_string(name);
+        // SAFETY: an open context; values that the caller keeps until it has executed.
+        checked(unsafe { icoray_field_set(self.0, name.as_ptr(), values) }, self.0)
     }
 
     /// Records in the context that a field could not be set.
@@ -207,31 +189,8 @@ impl Drop for Context {
     }
 }
 
-impl ColumnValues<'_> {
-    /// The array of C, which borrows the name of its grid and layers.
-    fn as_c(&self, grid: &CStr) -> icoray_array {
-        let bytes = if self.is_f64 { size_of::<f64>() } else { size_of::<f32>() } as isize;
-        icoray_array {
-            struct_size: size_of::<icoray_array>(),
-            data: self.data.wrapping_byte_offset(self.strides.first as isize * bytes),
-            r#type: if self.is_f64 { ICORAY_F64 } else { ICORAY_F32 },
-            location: if self.is_at_corners { ICORAY_CORNER } else { ICORAY_CENTER },
-            columns: self.columns as i64,
-            layers: self.layers as i64,
-            column_stride: self.strides.column,
-            layer_stride: self.strides.layer,
-            block: self.strides.block,
-            block_stride: self.strides.block_stride,
-            has_fill: 0,
-            fill_value: 0.0,
-            grid_name: grid.as_ptr(),
-            layers_name: grid.as_ptr(),
-        }
-    }
-}
-
 /// A string for C; a NUL in it, which no name has, is shown as a question mark.
-fn c_string(text: &str) -> CString {
+pub fn c_string(text: &str) -> CString {
     CString::new(text.replace('\0', "?")).unwrap_or_default()
 }
 

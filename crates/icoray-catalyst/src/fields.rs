@@ -1,64 +1,24 @@
 //! Fields of the host as arrays of the context.
 
-use crate::blueprint::{Association, BlueprintField};
-use crate::conduit::{Array, NumberType};
+use crate::blueprint::BlueprintField;
+use crate::conduit::Array;
 use crate::context::Context;
 use crate::grid::HostGrid;
 use crate::order::{Layout, Order, Strides};
-use icoray::{Error, ErrorKind, Result};
+use icoray::{Error, ErrorKind, OwnedReals, Reals, Result};
 use serde::{Deserialize, Serialize};
 
-/// Properties of a field of other ranks, for ranks without elements.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+/// What a rank without elements must know of a field of other ranks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FieldKind {
     pub is_at_elements: bool,
     pub is_f64: bool,
 }
 
-impl FieldKind {
-    pub fn of(field: &BlueprintField) -> Self {
-        FieldKind {
-            is_at_elements: field.association == Association::Element,
-            is_f64: field.values.kind() != NumberType::F32,
-        }
-    }
-}
-
-/// ColumnValues in the order of columns, where the host's order cannot be read in place.
-pub enum CopiedValues {
-    F32(Vec<f32>),
-    F64(Vec<f64>),
-}
-
-impl CopiedValues {
-    pub fn bytes(&self) -> usize {
-        match self {
-            CopiedValues::F32(values) => size_of_val(values.as_slice()),
-            CopiedValues::F64(values) => size_of_val(values.as_slice()),
-        }
-    }
-
-    fn data(&self) -> *const u8 {
-        match self {
-            CopiedValues::F32(values) => values.as_ptr().cast(),
-            CopiedValues::F64(values) => values.as_ptr().cast(),
-        }
-    }
-
-    fn of(values: &Array, layout: &Layout, is_f64: bool) -> Self {
-        let all = (0..layout.columns).flat_map(|column| (0..layout.layers).map(move |layer| (column, layer)));
-        let value = |(column, layer)| values.real(layout.at(column, layer) as usize);
-        if is_f64 {
-            CopiedValues::F64(all.map(value).collect())
-        } else {
-            CopiedValues::F32(all.map(|at| value(at) as f32).collect())
-        }
-    }
-}
-
 /// A field that was copied, until the context has executed.
 pub struct CopiedField {
-    pub values: CopiedValues,
+    /// Column by column.
+    pub values: OwnedReals,
     /// Why the host's values cannot be read in place.
     pub reason: &'static str,
 }
@@ -71,7 +31,7 @@ pub fn set(
     on: &HostGrid,
     may_copy: bool,
 ) -> Result<Option<CopiedField>> {
-    let (kind, values) = (FieldKind::of(field), &field.values);
+    let BlueprintField { kind, values, .. } = field;
     let columns = on.columns_of(kind.is_at_elements);
     let layout = &columns.layout;
     let what = if kind.is_at_elements { "elements" } else { "points" };
@@ -90,8 +50,17 @@ pub fn set(
     if !may_copy {
         return Err(Error::new(ErrorKind::Field, format!("its values {reason}, and the scene does not name it")));
     }
-    let copy = CopiedValues::of(values, layout, kind.is_f64);
-    context.set_field(name, &columns.values(kind.is_f64, copy.data(), Strides::by_column(layout.layers)))?;
+    let all = (0..layout.columns).flat_map(|column| (0..layout.layers).map(move |layer| (column, layer)));
+    let all = all.map(|(column, layer)| values.real(layout.at(column, layer) as usize));
+    let copy = match kind.is_f64 {
+        true => OwnedReals::F64(all.collect()),
+        false => OwnedReals::F32(all.map(|value| value as f32).collect()),
+    };
+    let data = match copy.as_reals() {
+        Reals::F32(values) => values.as_ptr().cast(),
+        Reals::F64(values) => values.as_ptr().cast(),
+    };
+    context.set_field(name, &columns.values(kind.is_f64, data, Strides::by_column(layout.layers)))?;
     Ok(Some(CopiedField { values: copy, reason }))
 }
 

@@ -2,15 +2,17 @@
 
 use crate::blueprint::Geometry;
 use crate::columns::Columns;
-use crate::context::{ColumnValues, Context};
+use crate::context::{Context, c_string};
 use crate::order::{Layout, Strides};
 use crate::peers::Peers;
 use crate::surface::{OwnedRows, Piece, Placement, Surface, direction_of, directions};
 use glam::DVec3;
 use icoray::{Error, Grid, GridTables, Result};
+use icoray_context::types::{ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, icoray_array};
 use icoray_dataset::Mesh;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
+use std::ffi::CString;
 use std::sync::Arc;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -33,7 +35,7 @@ pub struct HostColumns {
     /// Where the host's values are.
     pub layout: Layout,
     /// The name of grid and layers.
-    grid: String,
+    grid: CString,
     is_at_corners: bool,
     /// Rows of this rank's columns in the grid; at points none if it owns none.
     rows: OwnedRows,
@@ -231,32 +233,40 @@ impl HostGrid {
     }
 
     /// The heights of layers for values at points or at elements, if the scene may need them.
-    pub fn heights(&self, is_at_elements: bool) -> Option<ColumnValues<'_>> {
+    pub fn heights(&self, is_at_elements: bool) -> Option<icoray_array> {
         let [at_points, at_elements] = self.heights.as_ref()?;
         let has_own = is_at_elements && self.elements.grid != self.points.grid;
         let (columns, heights) = if has_own { (&self.elements, at_elements) } else { (&self.points, at_points) };
         let layers = self.points.layout.layers;
         let values = columns.values(true, heights.as_ptr().cast(), Strides::by_column(layers));
-        Some(ColumnValues { layers, ..values })
+        Some(icoray_array { layers: layers as i64, ..values })
     }
 }
 
 impl HostColumns {
     /// The columns of a mesh of the grid `name`.
     fn new(Placement { mesh, is_at_corners, rows }: Placement, name: &str, layout: Layout) -> Self {
-        HostColumns { layout, grid: name_of(mesh, name), is_at_corners, rows }
+        HostColumns { layout, grid: c_string(&name_of(mesh, name)), is_at_corners, rows }
     }
 
-    /// Values of these columns, of which the first is at `data`.
-    pub fn values(&self, is_f64: bool, data: *const u8, strides: Strides) -> ColumnValues<'_> {
-        ColumnValues {
-            data: data.cast(),
-            is_f64,
-            is_at_corners: self.is_at_corners,
-            columns: self.rows.row.len(),
-            layers: self.layout.layers,
-            strides,
-            grid: &self.grid,
+    /// Values of these columns, which borrow the name of grid and layers; element 0 of the strides is at `data`.
+    pub fn values(&self, is_f64: bool, data: *const u8, strides: Strides) -> icoray_array {
+        let bytes = if is_f64 { size_of::<f64>() } else { size_of::<f32>() } as isize;
+        icoray_array {
+            struct_size: size_of::<icoray_array>(),
+            data: data.wrapping_offset(strides.first as isize * bytes).cast(),
+            r#type: if is_f64 { ICORAY_F64 } else { ICORAY_F32 },
+            location: if self.is_at_corners { ICORAY_CORNER } else { ICORAY_CENTER },
+            columns: self.rows.row.len() as i64,
+            layers: self.layout.layers as i64,
+            column_stride: strides.column,
+            layer_stride: strides.layer,
+            block: strides.block,
+            block_stride: strides.block_stride,
+            has_fill: 0,
+            fill_value: 0.0,
+            grid_name: self.grid.as_ptr(),
+            layers_name: self.grid.as_ptr(),
         }
     }
 }

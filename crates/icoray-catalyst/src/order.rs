@@ -35,7 +35,7 @@ impl Layout {
     }
 }
 
-/// ColumnValues at equal distances: value (column, layer) is element `first` + (column % block)*`column` +
+/// Values at equal distances: value (column, layer) is element `first` + (column % block)*`column` +
 /// (column / block)*`block_stride` + layer*`layer`; without blocks `block` is 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Strides {

@@ -24,7 +24,7 @@ pub use frame::{
     CellsPerPixel, Certainty, Colors, DeviceReport, ErrorSummary, Frame, FrameReport, Legend, RanksReport,
     SamplingError, SamplingReport, Sharing, Timing, figures,
 };
-pub use label::{Mask, printed_units};
+pub use label::printed_units;
 pub use outcomes::{Outcome, Outcomes};
 pub use png_file::{png_bytes, png_layers, rgba8};
 pub use write::{write_color_maps, write_frame, write_picture, write_picture_with};

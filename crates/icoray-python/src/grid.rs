@@ -46,7 +46,39 @@ use std::sync::Arc;
 pub(crate) struct Grid {
     /// Dropped before the tables that it borrows.
     pub inner: Arc<icoray::Grid<'static>>,
-    tables: GridArrays,
+    /// Bytes of tables that could not be borrowed and were copied.
+    #[pyo3(get)]
+    bytes_copied: u64,
+    /// Number of the first cell, corner and edge in the tables.
+    #[pyo3(get)]
+    index_base: i32,
+    /// Longitudes of the cell centres, radians, shape (cells,).
+    #[pyo3(get)]
+    lon_center_rad: Py<PyAny>,
+    /// Latitudes of the cell centres, radians, shape (cells,).
+    #[pyo3(get)]
+    lat_center_rad: Py<PyAny>,
+    /// Longitudes of the corners, radians, shape (corners,).
+    #[pyo3(get)]
+    lon_corner_rad: Py<PyAny>,
+    /// Latitudes of the corners, radians, shape (corners,).
+    #[pyo3(get)]
+    lat_corner_rad: Py<PyAny>,
+    /// Corners of each cell, shape (cells, row).
+    #[pyo3(get)]
+    cell_corner: Py<PyAny>,
+    /// Number of valid entries in each row of cell_corner, shape (cells,); None if all count.
+    #[pyo3(get)]
+    cell_corner_count: Option<Py<PyAny>>,
+    /// Cells at each corner, shape (corners, 3).
+    #[pyo3(get)]
+    corner_cell: Py<PyAny>,
+    /// Edges at each corner, shape (corners, 3).
+    #[pyo3(get)]
+    corner_edge: Py<PyAny>,
+    /// Corners of each edge, shape (edges, 2).
+    #[pyo3(get)]
+    edge_corner: Py<PyAny>,
 }
 
 /// The arrays of a grid.
@@ -219,77 +251,6 @@ impl Grid {
         self.inner.tables().edges()
     }
 
-    /// Bytes of tables that could not be borrowed and were copied.
-    #[getter]
-    fn bytes_copied(&self) -> u64 {
-        let GridArrays {
-            center, corner, cell_corner, cell_corner_count, corner_cell, corner_edge, edge_corner, ..
-        } = &self.tables;
-        let tables = [cell_corner, corner_cell, corner_edge, edge_corner].into_iter().chain(cell_corner_count);
-        let reals: u64 = center.iter().chain(corner).map(|array| array.bytes_copied).sum();
-        reals + tables.map(|table| table.bytes_copied).sum::<u64>()
-    }
-
-    /// Number of the first cell, corner and edge in the tables.
-    #[getter]
-    fn index_base(&self) -> i32 {
-        self.tables.index_base
-    }
-
-    /// Longitudes of the cell centres, radians, shape (cells,).
-    #[getter]
-    fn lon_center_rad<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        self.tables.center[0].owner(py)
-    }
-
-    /// Latitudes of the cell centres, radians, shape (cells,).
-    #[getter]
-    fn lat_center_rad<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        self.tables.center[1].owner(py)
-    }
-
-    /// Longitudes of the corners, radians, shape (corners,).
-    #[getter]
-    fn lon_corner_rad<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        self.tables.corner[0].owner(py)
-    }
-
-    /// Latitudes of the corners, radians, shape (corners,).
-    #[getter]
-    fn lat_corner_rad<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        self.tables.corner[1].owner(py)
-    }
-
-    /// Corners of each cell, shape (cells, row).
-    #[getter]
-    fn cell_corner<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        self.tables.cell_corner.owner(py)
-    }
-
-    /// Number of valid entries in each row of cell_corner, shape (cells,); None if all count.
-    #[getter]
-    fn cell_corner_count<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyAny>> {
-        self.tables.cell_corner_count.as_ref().map(|count| count.owner(py))
-    }
-
-    /// Cells at each corner, shape (corners, 3).
-    #[getter]
-    fn corner_cell<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        self.tables.corner_cell.owner(py)
-    }
-
-    /// Edges at each corner, shape (corners, 3).
-    #[getter]
-    fn corner_edge<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        self.tables.corner_edge.owner(py)
-    }
-
-    /// Corners of each edge, shape (edges, 2).
-    #[getter]
-    fn edge_corner<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        self.tables.edge_corner.owner(py)
-    }
-
     fn __repr__(&self) -> String {
         format!("<icoray.Grid: {} cells, {} corners, {} edges>", self.cells(), self.corners(), self.edges())
     }
@@ -338,7 +299,26 @@ impl GridArrays {
             }
         };
         let inner = py.detach(|| with_threads(|| icoray::Grid::new(tables))).map_err(raised)?;
-        Ok(Grid { inner: Arc::new(inner), tables: self })
+        let reals = self.center.iter().chain(&self.corner).map(|array| array.bytes_copied);
+        let tables = [&self.cell_corner, &self.corner_cell, &self.corner_edge, &self.edge_corner];
+        let tables = tables.into_iter().chain(&self.cell_corner_count).map(|table| table.bytes_copied);
+        let [lon_center_rad, lat_center_rad] = self.center.each_ref().map(|array| array.owner(py).unbind());
+        let [lon_corner_rad, lat_corner_rad] = self.corner.each_ref().map(|array| array.owner(py).unbind());
+        let owner = |table: &IndexArray| table.owner(py).unbind();
+        Ok(Grid {
+            inner: Arc::new(inner),
+            bytes_copied: reals.chain(tables).sum(),
+            index_base: self.index_base,
+            lon_center_rad,
+            lat_center_rad,
+            lon_corner_rad,
+            lat_corner_rad,
+            cell_corner: owner(&self.cell_corner),
+            cell_corner_count: self.cell_corner_count.as_ref().map(owner),
+            corner_cell: owner(&self.corner_cell),
+            corner_edge: owner(&self.corner_edge),
+            edge_corner: owner(&self.edge_corner),
+        })
     }
 }
 

@@ -14,7 +14,6 @@ mod wedge;
 
 pub use march::Picture;
 
-use crate::comparison::median;
 use crate::job::{Job, PreparedJob};
 use icoray::{Renderer, Result, Scene};
 use march::midpoints;
@@ -107,17 +106,6 @@ impl Method {
             Method::Paper => shipped(job, renderer, icoray::Method::Paper, job.scene.tolerance),
             Method::Sampled { sampling, step } => sampled(job, renderer, sampling, step),
         }
-    }
-
-    /// The picture with the median seconds of so many runs, at least one.
-    ///
-    /// # Errors
-    /// As [`Self::render`].
-    pub fn timed(&self, job: &Job, renderer: &Renderer, repeats: usize) -> Result<Picture> {
-        let picture = self.render(job, renderer)?;
-        let again = (1..repeats).map(|_| Ok(self.render(job, renderer)?.seconds));
-        let seconds = again.chain([Ok(picture.seconds)]).collect::<Result<_>>()?;
-        Ok(Picture { seconds: median(seconds), ..picture })
     }
 }
 

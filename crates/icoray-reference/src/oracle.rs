@@ -56,7 +56,7 @@ pub fn brute_force(job: &Job, renderer: &Renderer) -> Result<Vec<[f64; 4]>> {
 }
 
 /// Prepares a job for `work`.
-fn with<R>(job: &Job, work: impl FnOnce(&Oracle, &PreparedJob) -> R) -> Result<R> {
+pub(crate) fn with<R>(job: &Job, work: impl FnOnce(&Oracle, &PreparedJob) -> R) -> Result<R> {
     let prepared = PreparedJob::new(job)?;
     let layers = job.layers.for_field(prepared.radius.len())?;
     let fields = [NamedField { name: &job.scene.volumes[0].field, values: prepared.values() }];

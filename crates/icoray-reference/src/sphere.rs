@@ -24,19 +24,7 @@ impl Sphere {
     /// # Errors
     /// As [`IcosahedralMesh::new`] and [`Layers::new`].
     pub fn new(level: u32, layers: usize, [inner, outer]: [f64; 2], f: impl Fn(DVec3) -> f64 + Sync) -> Result<Self> {
-        Self::over(IcosahedralMesh::new(level)?, layers, [inner, outer], f)
-    }
-
-    /// The same over any mesh.
-    ///
-    /// # Errors
-    /// As [`Layers::new`].
-    pub fn over(
-        mesh: IcosahedralMesh,
-        layers: usize,
-        [inner, outer]: [f64; 2],
-        f: impl Fn(DVec3) -> f64 + Sync,
-    ) -> Result<Self> {
+        let mesh = IcosahedralMesh::new(level)?;
         let radius = |l: usize| inner + (outer - inner) * l as f64 / (layers - 1) as f64;
         let layers = Layers::new((0..layers).map(radius).collect(), 1.0)?;
         let radii = layers.radius_m();

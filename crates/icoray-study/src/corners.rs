@@ -1,10 +1,9 @@
 //! Scenes in which ray casting is easily slow, each beside a scene that should cost about as much.
 //!
-//! Frames of both alternate, so that the machine's noise affects both: the least seconds of each are reported, and the
-//! median ratio of pairs.
+//! Frames of both alternate: the least seconds of each are reported, and the median ratio of pairs.
 
-use crate::results::{Table, io_error, progress, replace_section, say};
-use crate::scenes::multi_scale::{self, HEADLIGHT, RANGE};
+use crate::results::{Table, in_turn, io_error, progress, replace_section, say};
+use crate::scenes::multi_scale::{self, HEADLIGHT, RANGE, TRANSFERS, volume};
 use crate::scenes::select;
 use crate::speed::{self, Size};
 use icoray::{Fields, Grid, Renderer, Result, Scene};
@@ -90,19 +89,11 @@ fn measure(cases: [&Case; 2], name: &str, renderer: &Renderer, options: &Options
     let grids = [spheres[0].grid()?, spheres[1].grid()?];
     let [scene, base] = cases.map(|case| multi_scale::view(case.pixels, &case.scene));
     let scenes = [scene?, base?];
-    let mut least = [f64::INFINITY; 2];
-    let mut ratios = Vec::new();
-    for _ in 0..options.frames.max(1) {
-        let mut seconds = [0.0; 2];
-        for which in 0..2 {
-            let path = options.out.join(format!("{name}_{}{}.png", cases[0].size, ["", "_base"][which]));
-            seconds[which] = draw(renderer, &scenes[which], &spheres[which], &grids[which], &path)?;
-            least[which] = least[which].min(seconds[which]);
-        }
-        ratios.push(seconds[0] / seconds[1]);
-    }
-    ratios.sort_by(f64::total_cmp);
-    Ok([least[0], least[1], ratios[ratios.len() / 2]].map(|number| format!("{number:.3}")))
+    let figures = in_turn(options.frames, |which| {
+        let path = options.out.join(format!("{name}_{}{}.png", cases[0].size, ["", "_base"][which]));
+        draw(renderer, &scenes[which], &spheres[which], &grids[which], &path)
+    })?;
+    Ok(figures.map(|number| format!("{number:.3}")))
 }
 
 /// Renders a frame of new fields, from which nothing derived is cached, and writes it; returns the seconds of rendering.
@@ -124,7 +115,7 @@ fn corners(options: &Options) -> Vec<Corner> {
     };
     let corner = |name, case, base_name, base, aim| Corner { name, case, base_name, base, aim };
     let lit = |scene: &str| format!("{scene}{HEADLIGHT}\n");
-    let [dense, lobes, other] = [("f", DENSE), ("f", multi_scale::lobes), ("g", multi_scale::lobes)]
+    let [dense, lobes, other] = [("f", TRANSFERS[0].1), ("f", multi_scale::lobes), ("g", multi_scale::lobes)]
         .map(|(field, opacity)| volume(field, &multi_scale::knots(16, opacity)));
     let both = format!("{lobes}{other}");
     let (dense_lit, isosurfaces) = (lit(&dense), lit(ISOSURFACES));
@@ -149,17 +140,11 @@ fn corners(options: &Options) -> Vec<Corner> {
     ]
 }
 
-const DENSE: multi_scale::Opacity = |_| 0.5;
-
 /// An opaque layer below all others.
 const LAYER: &str =
     "[[surfaces]]\nlayer = \"bottom\"\nfield = \"f\"\ntransfer = { map = \"viridis\", range = [-1, 1] }\n";
 
 const ISOSURFACES: &str = "[[isosurfaces]]\nfield = \"f\"\nvalues = [-0.3, 0.4]\ncolors = [\"teal\", \"gold\"]\n";
-
-fn volume(field: &str, knots: &str) -> String {
-    format!("[[volumes]]\nfield = \"{field}\"\ntransfer = {{ knots = [\n{knots}] }}\n")
-}
 
 /// The text of knots on `lines` lines, each in so many parts, of extinctions that rise and fall.
 fn zigzag(lines: u32, parts: u32) -> String {

@@ -8,14 +8,14 @@ mod measure;
 mod random;
 mod tolerances;
 
-use crate::montage::frame;
+use crate::picture::write_pixels;
 use crate::plot::{Chart, Line};
 use crate::results::{Table, progress, say, threads, write_file};
-use crate::scenes::{self, Dataset, PreparedDataset, StudyScene, data_directory, select};
+use crate::scenes::{self, Dataset, StudyScene, data_directory, select};
 use findings::Finding;
-use icoray::output::write_picture;
 use icoray::{Error, ErrorKind, Renderer, Result};
 use icoray_progress::Bar;
+use icoray_reference::job::Job;
 use icoray_reference::oracle;
 use measure::{COLUMNS, Effort, MEASURES, Measure, Measured, PRINTED, ladders};
 use std::io::Write;
@@ -40,6 +40,9 @@ pub struct Options {
     /// scene's first run of exact.
     #[arg(long, default_value_t = 1.0)]
     pub longest: f64,
+    /// The views of the paper's Figures 8 and 9: at the wave of the real fields, near the limb of the synthetic ones.
+    #[arg(long)]
+    pub close_up: bool,
     /// A few small scenes and runs, for a trial run.
     #[arg(long)]
     pub quick: bool,
@@ -82,6 +85,9 @@ impl Options {
             let large = scenes.iter_mut().filter(|scene| scene.dataset == Dataset::MultiScaleHigh);
             large.for_each(|scene| scene.resize(HIGH_WIDTH));
         }
+        if self.close_up {
+            scenes.iter_mut().for_each(StudyScene::close_up);
+        }
         Ok(scenes)
     }
 }
@@ -118,10 +124,10 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         reported_errors: Vec::new(),
     };
     for group in scenes.chunk_by(|a, b| a.dataset == b.dataset) {
-        let measured = group[0].dataset.with(options.quick, &data, &all_threads, |prepared| {
-            group.iter().try_for_each(|scene| study.scene(prepared, scene))
+        let is_there = group[0].dataset.with(options.quick, &data, &all_threads, |grid, layers, field| {
+            group.iter().try_for_each(|of| study.scene(&Job { scene: &of.scene, grid, layers, field }, of))
         })?;
-        if measured.is_none() {
+        if !is_there {
             let names: Vec<&str> = group.iter().map(|s| s.name.as_str()).collect();
             say!(study.out, "{} skipped: no file in {}", names.join(", "), data.display())?;
         }
@@ -141,19 +147,21 @@ struct Study<'a> {
 }
 
 impl Study<'_> {
-    fn scene(&mut self, prepared: &PreparedDataset, scene: &StudyScene) -> Result<()> {
-        let job = prepared.job(&scene.scene);
+    fn scene(&mut self, job: &Job, scene: &StudyScene) -> Result<()> {
         let lit = scene.scene.lighting.is_some();
         self.bar.set_prefix(scene.name.clone());
         self.bar.set_message("oracle");
-        let truth = oracle::picture(&job, self.all_threads)?;
-        self.picture(scene, &truth)?;
-        let ladders = ladders(prepared.thickness(&scene.scene)?, lit, self.options.quick);
+        let truth = oracle::picture(job, self.all_threads)?;
+        let pixels = truth.iter().map(|p| p.map(|c| c as f32)).collect();
+        let path = self.options.out.join(format!("{}.png", scene.name));
+        write_pixels(&path, [scene.scene.width, scene.scene.height], pixels)?;
+        let radius = job.layers.for_field(job.field.shape().layers)?.shell(scene.scene.exaggeration)?;
+        let ladders = ladders(radius[radius.len() - 1] - radius[0], lit, self.options.quick);
         let effort = Effort { repeats: self.options.repeats, longest_s: self.options.longest };
         let runs = ladders.iter().map(Vec::len).sum::<usize>() * effort.repeats.max(1);
         self.bar.set_length(runs as u64);
         self.bar.reset();
-        let measured = measure::measure(&job, &truth, &ladders, effort, &self.renderer, &self.bar)?;
+        let measured = measure::measure(job, &truth, &ladders, effort, &self.renderer, &self.bar)?;
         self.bar.reset();
         for m in &measured {
             let line = self.table.row(&m.row(&scene.name))?;
@@ -164,12 +172,6 @@ impl Study<'_> {
         self.reported_errors.push(findings::reported_errors(&scene.name, lit, &measured));
         // After each scene, so that an interrupted study has results.
         self.write_verdict()
-    }
-
-    fn picture(&self, scene: &StudyScene, truth: &[[f64; 4]]) -> Result<()> {
-        let pixels = truth.iter().map(|p| p.map(|c| c as f32)).collect();
-        let picture = frame(scene.scene.width, scene.scene.height, pixels);
-        write_picture(&self.options.out.join(format!("{}.png", scene.name)), &picture)
     }
 
     fn charts(&self, scene: &StudyScene, measured: &[Measured]) -> Result<()> {

@@ -1,7 +1,7 @@
 //! The paper's Figure 6: the pictures of [`radial`](icoray_reference::radial) and their differences from the ground
 //! truth.
 
-use crate::montage::amplified;
+use crate::picture::{amplified, write_pixels};
 use crate::results::{make_directory, progress, say};
 use icoray::output::{Stamp, write_picture};
 use icoray::{Frame, Method, Result};
@@ -48,8 +48,8 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         frame.stamp = Stamp::default();
         save(format!("fig6_{name}.png"), &frame)?;
         save(format!("fig6_{name}_truth.png"), &truth)?;
-        let difference = Frame { pixels: amplified(&frame.pixels, &truth.pixels, 20.0), ..frame.clone() };
-        save(format!("fig6_{name}_difference_x20.png"), &difference)?;
+        let difference = amplified(&frame.pixels, &truth.pixels, 20.0);
+        write_pixels(&options.out.join(format!("fig6_{name}_difference_x20.png")), [size; 2], difference)?;
         let seconds = frame.report.timing.render_s;
         bar.suspend(|| {
             say!(

@@ -1,7 +1,7 @@
 //! Levels of detail: seconds and errors of pictures on the model's grid and, of the same values, on coarser ones.
 
-use crate::results::{Table, progress, replace_section, say};
-use crate::scenes::multi_scale::{self, Opacity};
+use crate::results::{Table, in_turn, progress, replace_section, say};
+use crate::scenes::multi_scale;
 use crate::speed::{self, Size};
 use icoray::{Field, Frame, Renderer, Result, Scene};
 use icoray_reference::sphere::{Sphere, multi_scale as field};
@@ -39,8 +39,6 @@ pub struct Options {
 const COLUMNS: &str =
     "grid,scene,tolerance,grid_s,grids_s,values_s,level,levels_s,ratio,reported,mean_reported,difference";
 
-const SCENES: [(&str, Opacity); 2] = [("dense", |_| 0.5), ("lobes", multi_scale::lobes)];
-
 /// Measures all sizes and tolerances, prints a line for each and writes the table.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let mut table = Table::create(options.out.join("levels.csv"), COLUMNS, COLUMNS)?;
@@ -48,15 +46,14 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
                         reported, largest | mean | largest difference |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n"
         .to_owned();
     say!(out, "{}", table.heading())?;
-    let bar = progress(options.sizes.len() * SCENES.len() * options.tolerances.len(), "pictures");
+    // Dense and lobes.
+    let scenes = &multi_scale::TRANSFERS[..2];
+    let bar = progress(options.sizes.len() * scenes.len() * options.tolerances.len(), "pictures");
     for size in &options.sizes {
         let renderers = [Renderer::new(options.threads)?, Renderer::new(options.threads)?.with_levels()];
         let sphere = renderers[0].run(|| Sphere::new(size.level, size.layers, [1.0, 1.15], field))?;
-        for (name, opacity) in SCENES {
-            let volume = format!(
-                "[[volumes]]\nfield = \"f\"\ntransfer = {{ knots = [\n{}] }}\n",
-                multi_scale::knots(16, opacity)
-            );
+        for &(name, opacity) in scenes {
+            let volume = multi_scale::volume("f", &multi_scale::knots(16, opacity));
             for &tolerance in &options.tolerances {
                 let text = format!("tolerance = {tolerance:e}\n{volume}");
                 let row = measure(&renderers, &sphere, &multi_scale::view(options.pixels, &text)?, options.frames)?;
@@ -85,15 +82,13 @@ fn measure([finest, coarser]: &[Renderer; 2], sphere: &Sphere, scene: &Scene, fr
     draw(coarser, &field)?;
     let (values_s, _) = draw(coarser, &field)?;
     draw(finest, &field)?;
-    let drawn = |renderer: &Renderer| draw(renderer, &field);
-    let ((mut grid_s, on_grid), (mut levels_s, on_levels)) = (drawn(finest)?, drawn(coarser)?);
-    let mut ratios = vec![levels_s / grid_s];
-    for _ in 1..frames {
-        let (one, other) = (drawn(finest)?.0, drawn(coarser)?.0);
-        ratios.push(other / one);
-        (grid_s, levels_s) = (grid_s.min(one), levels_s.min(other));
-    }
-    ratios.sort_by(f64::total_cmp);
+    let mut drawn = [const { None }; 2];
+    let [levels_s, grid_s, ratio] = in_turn(frames, |which| {
+        let (seconds, frame) = draw([coarser, finest][which], &field)?;
+        drawn[which] = Some(frame);
+        Ok(seconds)
+    })?;
+    let [on_levels, on_grid] = drawn.map(|frame: Option<Frame>| frame.expect("one of each is drawn"));
     let pairs = on_grid.pixels.as_flattened().iter().zip(on_levels.pixels.as_flattened());
     let difference = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     let level = on_levels.report.quality.level.to_string();
@@ -105,7 +100,7 @@ fn measure([finest, coarser]: &[Renderer; 2], sphere: &Sphere, scene: &Scene, fr
         seconds(values_s - levels_s),
         level,
         seconds(levels_s),
-        seconds(ratios[ratios.len() / 2]),
+        seconds(ratio),
         format!("{:.1e}", error.max),
         format!("{:.1e}", error.mean),
         format!("{difference:.1e}"),

@@ -1,20 +1,15 @@
 //! The studies of the program `icoray-study NAME`: errors, run times and comparisons of icoray with the references of
 //! [`icoray_reference`].
 
-mod closeup;
 mod corners;
 mod error;
 mod fig6;
-mod fig8;
-mod fig9;
 #[cfg(feature = "gpu")]
 mod gpu;
-mod gradients;
 mod levels;
 mod live;
-mod montage;
-mod orders;
 mod peak;
+mod picture;
 mod plan;
 mod plot;
 mod ranks;
@@ -48,19 +43,11 @@ pub enum Study {
     Levels(levels::Options),
     /// Error against run time of all methods on all scenes: table, plots and a verdict.
     Error(error::Options),
-    /// The paper's Figure 8: close-ups by several interpolations with their amplified errors, at equal step and time.
-    Fig8(fig8::Options),
-    /// The paper's Figure 9: frame rate against sampling step for three interpolations.
-    Fig9(fig9::Options),
-    /// Bytes per second of the gradients at all vertices, beside a plain copy of as many bytes.
-    Gradients(gradients::Options),
     /// Frames per second of the live view, and the time from a movement to its picture.
     Live(live::Options),
     /// Milliseconds of frames on a GPU, beside the CPU's and the paper's, and their share of the device's peak rates.
     #[cfg(feature = "gpu")]
     Gpu(gpu::Options),
-    /// Orders of convergence of all methods, in the step and in the mesh.
-    Orders(orders::Options),
     /// Time and bytes that each saving of the plan saves, and its cost where it saves nothing.
     Plan(plan::Options),
     /// Load balance and communication of 1 to 64 ranks, simulated in one process.
@@ -86,13 +73,9 @@ impl Study {
             Study::Corners(options) => corners::run(options, out),
             Study::Levels(options) => levels::run(options, out),
             Study::Error(options) => error::run(options, out),
-            Study::Fig8(options) => fig8::run(options, out),
-            Study::Fig9(options) => fig9::run(options, out),
-            Study::Gradients(options) => gradients::run(options, out),
             Study::Live(options) => live::run(options, out),
             #[cfg(feature = "gpu")]
             Study::Gpu(options) => gpu::run(options, out),
-            Study::Orders(options) => orders::run(options, out),
             Study::Plan(options) => plan::run(options, out),
             Study::Ranks(options) => ranks::run(options, out),
             Study::Scale(options) => scale::run(options, out),

@@ -6,8 +6,9 @@
 use crate::results::{Table, progress, say, threads};
 use crate::scenes::multi_scale::{self, HEADLIGHT, TRANSFERS};
 use crate::scenes::select;
+use crate::speed::{PACKED, bytes_read};
 use glam::DVec3;
-use icoray::{FrameReport, Grid, Renderer, Result, Savings, Scene};
+use icoray::{Field, FrameReport, Grid, Lights, Renderer, Result, Savings, Scene};
 use icoray_reference::sphere::{self, Sphere};
 use std::io::Write;
 use std::path::PathBuf;
@@ -38,88 +39,46 @@ pub struct Options {
     pub out: PathBuf,
 }
 
-/// All savings but one.
-struct Without {
-    saving: &'static str,
-    savings: Savings,
-}
-
 const ALL: Savings = Savings::ALL;
 
-const WITHOUT: [Without; 8] = [
-    Without { saving: "leaps", savings: Savings { empty_space: false, ..ALL } },
-    Without { saving: "layers", savings: Savings { layers: false, ..ALL } },
-    Without { saving: "ends", savings: Savings { ends: false, ..ALL } },
-    Without { saving: "gradients", savings: Savings { gradients: false, ..ALL } },
-    Without { saving: "packing", savings: Savings { packing: false, ..ALL } },
-    Without { saving: "lanes", savings: Savings { lanes: false, ..ALL } },
-    Without { saving: "tiles", savings: Savings { tiles: false, ..ALL } },
-    Without { saving: "reuse", savings: Savings { reuse: false, ..ALL } },
+/// All savings but one, by the name of that.
+const WITHOUT: [(&str, Savings); 8] = [
+    ("leaps", Savings { empty_space: false, ..ALL }),
+    ("layers", Savings { layers: false, ..ALL }),
+    ("ends", Savings { ends: false, ..ALL }),
+    ("gradients", Savings { gradients: false, ..ALL }),
+    ("packing", Savings { packing: false, ..ALL }),
+    ("lanes", Savings { lanes: false, ..ALL }),
+    ("tiles", Savings { tiles: false, ..ALL }),
+    ("reuse", Savings { reuse: false, ..ALL }),
 ];
 
-struct Cost {
-    /// Minimum seconds of a frame, with preparation.
-    seconds: f64,
-    /// Bytes that rays read.
-    read: u64,
-    /// Bytes of derived data.
-    derived: u64,
+const COLUMNS: &str = "scene,saving,seconds_with,seconds_without,saved_percent,bytes_read_with,bytes_read_without,\
+    bytes_derived_with,bytes_derived_without";
+
+/// Minimum seconds of frames with the same data, with preparation.
+fn least_s(reports: &[FrameReport]) -> f64 {
+    let seconds = reports.iter().map(|report| report.timing.prepare_s + report.timing.render_s);
+    seconds.fold(f64::INFINITY, f64::min)
 }
 
-impl Cost {
-    /// Of frames with the same data.
-    fn of(reports: &[FrameReport], is_packed: bool) -> Self {
-        let seconds = reports.iter().map(|report| report.timing.prepare_s + report.timing.render_s);
-        let last = &reports[reports.len() - 1];
-        Cost {
-            seconds: seconds.fold(f64::INFINITY, f64::min),
-            read: bytes_read(last, is_packed),
-            derived: last.bytes_derived as u64,
-        }
-    }
-}
-
-/// Bytes that rays read: tables and a vertex for each column, three values more for each frustum.
-fn bytes_read(report: &FrameReport, is_packed: bool) -> u64 {
-    let vertex = match (report.quality.lights, is_packed) {
-        (icoray::Lights::Off, _) => 4,
-        (_, true) => 4 + 8,
-        (_, false) => 4 + 12,
+/// Bytes that rays read, and those of derived data.
+fn bytes(report: &FrameReport, is_packed: bool) -> [u64; 2] {
+    let gradient = match (report.quality.lights, is_packed) {
+        (Lights::Off, _) => 0,
+        (_, true) => PACKED,
+        (_, false) => 12,
     };
-    64 * report.counts.columns + 3 * vertex * report.counts.frusta
-}
-
-struct Row<'r> {
-    scene: &'r str,
-    saving: &'r str,
-    with: Cost,
-    without: Cost,
-}
-
-impl Row<'_> {
-    const HEAD: &'static str = "scene,saving,seconds_with,seconds_without,saved_percent,bytes_read_with,bytes_read_without,\
-        bytes_derived_with,bytes_derived_without";
-
-    /// Percents of the seconds without the saving.
-    fn saved_percent(&self) -> f64 {
-        100.0 * (1.0 - self.with.seconds / self.without.seconds)
-    }
-
-    fn cells(&self) -> Vec<String> {
-        let Row { scene, saving, with, without } = self;
-        let mut cells = vec![(*scene).to_owned(), (*saving).to_owned()];
-        cells.extend([with.seconds, without.seconds].map(|s| format!("{s:.6}")));
-        cells.push(format!("{:.2}", self.saved_percent()));
-        cells.extend([with.read, without.read, with.derived, without.derived].map(|n| n.to_string()));
-        cells
-    }
+    [bytes_read(&report.counts, false, gradient), report.bytes_derived as u64]
 }
 
 /// Renders, prints a line for each scene and saving, and writes them to `plan.csv`.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
-    let cases = select(CASES.into(), &options.scenes, |case| case.name)?;
-    let mut csv = Table::create(options.out.join("plan.csv"), Row::HEAD, Row::HEAD)?;
-    let renderers = Renderers::new(options.threads)?;
+    let cases = select(CASES.into(), &options.scenes, |case| case.0)?;
+    let mut csv = Table::create(options.out.join("plan.csv"), COLUMNS, COLUMNS)?;
+    let renderer = |savings| Ok(Renderer::new(options.threads)?.with_savings(savings));
+    let all = renderer(ALL)?;
+    let without = WITHOUT.iter().map(|(_, savings)| renderer(*savings)).collect::<Result<Vec<_>>>()?;
     say!(
         out,
         "level {} x {} layers, {} x {} pixels, {}, least of {} frames\n{}",
@@ -127,19 +86,19 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         options.layers,
         options.size,
         options.size,
-        threads(renderers.all.threads()),
+        threads(all.threads()),
         options.frames.max(1),
         csv.heading()
     )?;
     let bar = progress(cases.len(), "plan");
-    for case in &cases {
-        bar.set_message(case.name);
-        let sphere = Sphere::new(options.level, options.layers, [1.0, 1.15], case.field)?;
-        let grid = renderers.all.run(|| sphere.grid())?;
-        let scene = (case.scene)(options.size)?;
-        let rows = renderers.measure(case, &scene, &grid, &sphere, options.frames.max(1))?;
-        for row in rows {
-            let line = csv.row(&row.cells())?;
+    for (name, field, scene) in cases {
+        bar.set_message(name);
+        let sphere = Sphere::new(options.level, options.layers, [1.0, 1.15], field)?;
+        let (grid, scene) = (all.run(|| sphere.grid())?, scene(options.size)?);
+        for ((saving, _), without) in WITHOUT.iter().zip(&without) {
+            let mut cells = vec![name.to_owned(), (*saving).to_owned()];
+            cells.extend(measure([&all, without], saving, &scene, &grid, &sphere, options.frames)?);
+            let line = csv.row(&cells)?;
             bar.suspend(|| say!(out, "{line}"))?;
         }
         bar.inc(1);
@@ -147,75 +106,55 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     Ok(())
 }
 
-/// A renderer with all savings, and one without each, in the order of [`WITHOUT`].
-struct Renderers {
-    all: Renderer,
-    without: Vec<Renderer>,
-}
-
-impl Renderers {
-    fn new(threads: usize) -> Result<Self> {
-        let renderer = |savings| Ok(Renderer::new(threads)?.with_savings(savings));
-        let without = WITHOUT.iter().map(|without| renderer(without.savings));
-        Ok(Renderers { all: renderer(ALL)?, without: without.collect::<Result<_>>()? })
-    }
-
-    /// A row for each saving.
-    fn measure<'r>(
-        &self,
-        case: &'r Case,
-        scene: &Scene,
-        grid: &Grid,
-        sphere: &Sphere,
-        frames: usize,
-    ) -> Result<Vec<Row<'r>>> {
-        let mut rows: Vec<Row> = Vec::new();
-        for (Without { saving, .. }, renderer) in WITHOUT.iter().zip(&self.without) {
-            let (mut with, mut without) = (Vec::new(), Vec::new());
-            // The first frames allocate memory.
-            for frame in 0..=frames {
-                let field = sphere.field()?;
-                let all = self.all.render(scene, grid, &sphere.layers, &field)?;
-                // Reuse takes effect in the second frame of a field.
-                let all = match *saving {
-                    "reuse" => self.all.render(scene, grid, &sphere.layers, &field)?,
-                    _ => all,
-                };
-                let reduced = renderer.render(scene, grid, &sphere.layers, &sphere.field()?)?;
-                if frame > 0 {
-                    with.push(all.report);
-                    without.push(reduced.report);
-                }
-            }
-            let (with, without) = (Cost::of(&with, true), Cost::of(&without, *saving != "packing"));
-            rows.push(Row { scene: case.name, saving, with, without });
+/// The columns from `seconds_with` on.
+fn measure(
+    [all, without]: [&Renderer; 2],
+    saving: &str,
+    scene: &Scene,
+    grid: &Grid,
+    sphere: &Sphere,
+    frames: usize,
+) -> Result<Vec<String>> {
+    let draw = |renderer: &Renderer, field: &Field| Ok(renderer.render(scene, grid, &sphere.layers, field)?.report);
+    let (mut with_it, mut without_it) = (Vec::new(), Vec::new());
+    // The first frames allocate memory.
+    for frame in 0..=frames.max(1) {
+        let field = sphere.field()?;
+        let mut drawn = draw(all, &field)?;
+        if saving == "reuse" {
+            // It takes effect in the second frame of a field.
+            drawn = draw(all, &field)?;
         }
-        Ok(rows)
+        let reduced = draw(without, &sphere.field()?)?;
+        if frame > 0 {
+            with_it.push(drawn);
+            without_it.push(reduced);
+        }
     }
+    let seconds = [&with_it, &without_it].map(|reports| least_s(reports));
+    let mut cells = seconds.map(|s| format!("{s:.6}")).to_vec();
+    cells.push(format!("{:.2}", 100.0 * (1.0 - seconds[0] / seconds[1])));
+    let last = with_it.len() - 1;
+    let [read, derived] = bytes(&with_it[last], true);
+    let [read_without, derived_without] = bytes(&without_it[last], saving != "packing");
+    cells.extend([read, read_without, derived, derived_without].map(|n| n.to_string()));
+    Ok(cells)
 }
 
-#[derive(Debug)]
-struct Case {
-    pub name: &'static str,
-    pub field: fn(DVec3) -> f64,
-    pub scene: fn(u32) -> Result<Scene>,
-}
+/// Name, field, and scene of so many pixels in width and height.
+type Case = (&'static str, fn(DVec3) -> f64, fn(u32) -> Result<Scene>);
 
 const CASES: [Case; 9] = [
-    case("dense", sphere::multi_scale, |size| of_speed(size, 0, "")),
-    case("lobes", sphere::multi_scale, |size| of_speed(size, 1, "")),
-    case("thin", sphere::multi_scale, |size| of_speed(size, 2, "")),
-    case("opaque", sphere::multi_scale, |size| of_speed(size, 3, "")),
-    case("dense, lit", sphere::multi_scale, |size| of_speed(size, 0, HEADLIGHT)),
-    case("lobes, lit", sphere::multi_scale, |size| of_speed(size, 1, HEADLIGHT)),
-    case("cloud", cloud, |size| of_cloud(size, "")),
-    case("cloud, lit", cloud, |size| of_cloud(size, HEADLIGHT)),
-    case("low cloud", low_cloud, |size| of_cloud(size, "")),
+    ("dense", sphere::multi_scale, |size| of_speed(size, 0, "")),
+    ("lobes", sphere::multi_scale, |size| of_speed(size, 1, "")),
+    ("thin", sphere::multi_scale, |size| of_speed(size, 2, "")),
+    ("opaque", sphere::multi_scale, |size| of_speed(size, 3, "")),
+    ("dense, lit", sphere::multi_scale, |size| of_speed(size, 0, HEADLIGHT)),
+    ("lobes, lit", sphere::multi_scale, |size| of_speed(size, 1, HEADLIGHT)),
+    ("cloud", cloud, |size| of_cloud(size, "")),
+    ("cloud, lit", cloud, |size| of_cloud(size, HEADLIGHT)),
+    ("low cloud", low_cloud, |size| of_cloud(size, "")),
 ];
-
-const fn case(name: &'static str, field: fn(DVec3) -> f64, scene: fn(u32) -> Result<Scene>) -> Case {
-    Case { name, field, scene }
-}
 
 /// One of the scenes of `icoray-study speed`.
 fn of_speed(size: u32, number: usize, light: &str) -> Result<Scene> {
@@ -261,7 +200,7 @@ mod tests {
         let mut table = csv::Reader::from_path(directory.path().join("plan.csv")).unwrap();
         let rows: Vec<_> = table.records().map(|row| row.unwrap()).collect();
         let number = |scene: &str, saving: &str, column: &str| -> f64 {
-            let at = Row::HEAD.split(',').position(|name| name == column).unwrap();
+            let at = COLUMNS.split(',').position(|name| name == column).unwrap();
             let row = rows.iter().find(|row| row[0] == *scene && row[1] == *saving).unwrap();
             row[at].parse().unwrap()
         };

@@ -4,8 +4,7 @@ pub(crate) mod multi_scale;
 mod stiff;
 
 use glam::DVec3;
-use icoray::{Error, ErrorKind, Field, Grid, Layers, Precision, Renderer, Result, Scene};
-use icoray_reference::job::Job;
+use icoray::{Camera, Error, ErrorKind, Field, Grid, Layers, Precision, Renderer, Result, Scene};
 use icoray_reference::radial;
 use icoray_reference::sphere::{self, Sphere};
 use std::path::{Path, PathBuf};
@@ -33,6 +32,16 @@ impl StudyScene {
     pub fn resize(&mut self, width: u32) {
         let height = f64::from(self.scene.height) * f64::from(width) / f64::from(self.scene.width);
         (self.scene.width, self.scene.height) = (width, (height.round() as u32).max(1));
+    }
+
+    /// Looks at the wave of a real field from nearby, or past the limb of a synthetic one.
+    pub fn close_up(&mut self) {
+        let (eye, target, fov) = match self.dataset {
+            Dataset::Vorticity | Dataset::Theta => ([-1.908, -0.406, 1.219], [-0.62, -0.16, 0.80], 14.0),
+            _ => ([1.65, 0.95, 0.55], [0.7, 0.5, 0.74], 20.0),
+        };
+        let camera = Camera::look_at(eye, target, [0.0, 0.0, 1.0], fov);
+        self.scene.camera = camera.expect("eye and target are apart");
     }
 }
 
@@ -102,15 +111,15 @@ pub enum Dataset {
 }
 
 impl Dataset {
-    /// Generates or reads grid and field and hands them to `work`; `None` if the file is not in `data`. Where it is
+    /// Generates or reads grid and field and hands them to `work`; false if the file is not in `data`. Where it is
     /// `quick`, synthetic grids have 642 cells and 8 layers.
-    pub fn with<R>(
+    pub fn with(
         self,
         quick: bool,
         data: &Path,
         renderer: &Renderer,
-        work: impl FnOnce(&PreparedDataset) -> Result<R>,
-    ) -> Result<Option<R>> {
+        work: impl FnOnce(&Grid, &Layers, &Field) -> Result<()>,
+    ) -> Result<bool> {
         const SHELL: [f64; 2] = [1.0, 1.15];
         let (level, layers, shell, f): (_, _, _, fn(DVec3) -> f64) = match self {
             Dataset::Radial => (5, 61, [radial::INNER, radial::OUTER], |p| p.length()),
@@ -123,49 +132,30 @@ impl Dataset {
         let (level, layers) = if quick { (3, 8) } else { (level, layers) };
         let sphere = Sphere::new(level, layers, shell, f)?;
         let grid = renderer.run(|| sphere.grid())?;
-        work(&PreparedDataset { grid: &grid, layers: &sphere.layers, field: &sphere.field()? }).map(Some)
+        work(&grid, &sphere.layers, &sphere.field()?).map(|()| true)
     }
 }
 
-fn with_file<R>(
+fn with_file(
     data: &Path,
     name: &str,
     renderer: &Renderer,
-    work: impl FnOnce(&PreparedDataset) -> Result<R>,
-) -> Result<Option<R>> {
+    work: impl FnOnce(&Grid, &Layers, &Field) -> Result<()>,
+) -> Result<bool> {
     let path = data.join(MPAS_FILE);
     if !path.exists() {
-        return Ok(None);
+        return Ok(false);
     }
     let file = icoray_netcdf::open(path)?;
     let (layers, field) = (file.layers(name)?, file.read_field(name, MPAS_TIME)?);
     let grid = renderer.run(|| file.mesh().grid())?;
-    work(&PreparedDataset { grid: &grid, layers: &layers, field: &field.field()? }).map(Some)
+    work(&grid, &layers, &field.field()?).map(|()| true)
 }
 
 /// The directory of data files: `given`, else that of `ICORAY_TEST_DATA`, else `../shared/data`.
 pub(crate) fn data_directory(given: Option<&Path>) -> PathBuf {
     let named = || std::env::var_os("ICORAY_TEST_DATA").map(PathBuf::from);
     given.map(Path::to_owned).or_else(named).unwrap_or_else(|| PathBuf::from("../shared/data"))
-}
-
-/// A checked grid with its layers and its field.
-pub struct PreparedDataset<'a> {
-    grid: &'a Grid<'a>,
-    layers: &'a Layers,
-    field: &'a Field<'a>,
-}
-
-impl PreparedDataset<'_> {
-    pub fn job<'s>(&'s self, scene: &'s Scene) -> Job<'s> {
-        Job { scene, grid: self.grid, layers: self.layers, field: self.field }
-    }
-
-    /// Thickness of the shell that `scene` makes of the layers, planet radii.
-    pub fn thickness(&self, scene: &Scene) -> Result<f64> {
-        let radius = self.layers.for_field(self.field.shape().layers)?.shell(scene.exaggeration)?;
-        Ok(radius[radius.len() - 1] - radius[0])
-    }
 }
 
 #[cfg(test)]

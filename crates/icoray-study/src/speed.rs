@@ -4,6 +4,7 @@
 //! Each frame has a new field, as in a running model, so nothing derived from values is reused. Frames on one and on
 //! several cores alternate, so that noise affects both.
 
+pub(crate) use benchmark::{PACKED, bytes_read};
 pub use options::{Options, Size};
 pub(crate) use options::{count, size};
 
@@ -43,7 +44,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         setups.push(benchmark.setup.clone());
         memory.extend_from_slice(&benchmark.memory);
         let grid = benchmark.sphere.grid()?;
-        bar.suspend(|| say!(out, "{}\n{}", benchmark.setup.line(), csv.heading()))?;
+        bar.suspend(|| say!(out, "\n{size}\n{}", csv.heading()))?;
         for setting in &settings {
             bar.set_message(format!("{size} {} {}", setting.light, setting.case.name));
             for row in benchmark.rows(&grid, setting)? {

@@ -53,14 +53,6 @@ fn short(value: f64) -> String {
     if value == 0.0 { "0".into() } else { format!("{value:.0e}") }
 }
 
-/// The errors of one run, and without its ill-posed rays where there are some.
-fn errors(run: &Run) -> String {
-    if run.ill_posed == 0 {
-        return short(run.error);
-    }
-    format!("{} ({} without {} ill-posed)", short(run.error), short(run.well_posed_error), run.ill_posed)
-}
-
 /// One line per case, a heading per group.
 fn rows(rows: &[Row]) -> String {
     let mut text = String::new();
@@ -71,7 +63,7 @@ fn rows(rows: &[Row]) -> String {
         }
         let _ = writeln!(text, "\n## {group}\n\n{}", head());
         for row in members {
-            let [a, b, c] = row.run.map(|run| errors(&run));
+            let [a, b, c] = row.run.map(|run| short(run.error));
             let [x, y, z] = row.run.map(|run| short(run.bound));
             let over: usize = row.run.iter().map(|run| run.over_bound).sum();
             let not_finite: usize = row.run.iter().map(|run| run.not_finite).sum();
@@ -104,9 +96,7 @@ pixels are f32; half a unit in their last place is taken off each error, so 0 me
 number that is right to some 1e-10.
 
 *Bound* is the largest error that the frames report, *over bound* the pixels of the three pictures whose error is
-above their own reported error. A ray is *ill-posed* when its exact answer moves by half the error or more as soon as the eye
-moves by four units in the last place of f64 or, for f32, the values by one of f32, relative to the transfer function's
-range. *Lost* are rays that miss a part of their way through the shell.
+above their own reported error. *Lost* are rays that miss a part of their way through the shell.
 ";
 
 fn page(all: &[Row]) -> String {

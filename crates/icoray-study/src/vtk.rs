@@ -7,8 +7,8 @@
 mod process;
 mod summary;
 
-use crate::montage::{self, Montage, Tile};
 use crate::peak::PeakMemory;
+use crate::picture::{amplified, write_pixels};
 use crate::results::{Table, make_directory, progress, replace_section, say, write_file};
 use crate::scenes::{multi_scale, select};
 use icoray::{Field, Renderer, Result, Scene};
@@ -182,20 +182,11 @@ impl<'o> Model<'o> {
 
     fn row(&self, renderer: &str, seconds: Seconds, memory: u64, wedges: u64, pixels: &[[f32; 4]]) -> Result<Row> {
         let comparison = Comparison::new(pixels, &self.truth);
-        self.sheet(renderer, pixels)?;
+        let (name, size) = (|rest: &str| self.directory.join(format!("{renderer}{rest}.png")), [self.options.size; 2]);
+        write_pixels(&name(""), size, pixels.to_vec())?;
+        write_pixels(&name("_difference_x10"), size, amplified(pixels, &self.truth, 10.0))?;
         let (level, transfer, renderer) = (self.level, self.transfer, renderer.to_owned());
         Ok(Row { level, transfer, renderer, seconds, memory, derived: None, wedges, comparison })
-    }
-
-    /// Writes the picture beside ten times its difference from the oracle's.
-    fn sheet(&self, renderer: &str, pixels: &[[f32; 4]]) -> Result<()> {
-        let mut sheet = Montage::new(self.options.size, self.options.size);
-        let difference = montage::amplified(pixels, &self.truth, 10.0);
-        sheet.push(vec![
-            Tile { pixels: pixels.to_vec(), label: renderer.to_owned() },
-            Tile { pixels: difference, label: "10 x |difference|".to_owned() },
-        ]);
-        sheet.write(&self.directory.join(format!("{renderer}.png")))
     }
 }
 

@@ -141,9 +141,9 @@ pub use render::{Contribution, Histogram, Probe, ProbePoint, Rendered, Renderer,
 /// ```
 pub mod output {
     pub use icoray_output::{
-        Animated, Existing, Mask, Outcome, Outcomes, Submitted, WhenFull, Writer, WriterOptions, Written, exr_bytes,
-        figures, png_bytes, png_layers, printed_units, rgba8, write_animation, write_color_maps, write_error_map,
-        write_frame, write_picture, write_picture_with, write_text,
+        Animated, Existing, Outcome, Outcomes, Submitted, WhenFull, Writer, WriterOptions, Written, exr_bytes, figures,
+        png_bytes, png_layers, printed_units, rgba8, write_animation, write_color_maps, write_error_map, write_frame,
+        write_picture, write_picture_with, write_text,
     };
     pub use icoray_scene::name::{Cinema, Concat, FrameNames, NameTemplate, Output, Series, Stamp};
 }

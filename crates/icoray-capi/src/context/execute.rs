@@ -146,7 +146,8 @@ impl Context {
             self.picture_failed(failure, "", &mut failures)?;
         }
         if failures.repeated > 0 && self.ranks.is_root() {
-            self.warn(&format!("step {}: {} more pictures failed for the same reason", stamp.step, failures.repeated));
+            self.drawing
+                .warn(&format!("step {}: {} more pictures failed for the same reason", stamp.step, failures.repeated));
         }
         failures.first.map_or(Ok(()), Err)
     }

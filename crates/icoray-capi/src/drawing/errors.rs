@@ -6,49 +6,36 @@ use icoray_core::output::Stamp;
 use icoray_core::{ErrorSummary, FrameReport};
 use std::collections::BTreeSet;
 
-/// Views with a logged warning, with a logged hint, and with a logged colour off the values; fields with a logged warning.
+/// The lines that were logged: what each is about, and the name of its view or field.
 #[derive(Debug, Default)]
-pub(super) struct ErrorWarnings {
-    logged: Names,
-    hinted: Names,
-    off_values: Names,
-    empty: Names,
-}
+pub(super) struct ErrorWarnings(BTreeSet<(&'static str, String)>);
 
-/// Names of views or fields.
-#[derive(Debug, Default)]
-struct Names(BTreeSet<String>);
-
-/// Number of remembered names, after which they are forgotten: bounds the memory where a host invents names.
-const MAX_NAMES: usize = 1000;
-
-impl Names {
-    /// Adds a name, and says whether it is a new one.
-    fn add(&mut self, name: &str) -> bool {
-        if self.0.contains(name) {
-            return false;
-        }
-        if self.0.len() == MAX_NAMES {
-            self.0.clear();
-        }
-        self.0.insert(name.to_owned())
-    }
-}
+/// Number of remembered lines, after which they are forgotten: bounds the memory where a host invents names.
+const MAX_LINES: usize = 1000;
 
 impl ErrorWarnings {
+    /// Whether this line was not logged before.
+    fn is_new(&mut self, what: &'static str, name: &str) -> bool {
+        let line = (what, name.to_owned());
+        if self.0.len() == MAX_LINES && !self.0.contains(&line) {
+            self.0.clear();
+        }
+        self.0.insert(line)
+    }
+
     /// Logs a warning for the first picture of a view that has pixels with an error above the tolerance, and a hint for
     /// the first that shows many cells in a pixel by one ray, or colours and isosurfaces off the values; a warning for
     /// the first of a field without values.
     pub fn log_frame(&mut self, view: &str, stamp: &Stamp, report: &FrameReport, log: &Log) {
         let step = stamp.step;
         let of = if view.is_empty() { String::new() } else { format!(", view {view:?}") };
-        if let Some(hint) = report.sampling.hint().filter(|_| self.hinted.add(view)) {
+        if let Some(hint) = report.sampling.hint().filter(|_| self.is_new("samples", view)) {
             log.say(Level::Info, &format!("step {step}{of}: {hint}"));
         }
-        if !report.off_values.is_empty() && self.off_values.add(view) {
+        if !report.off_values.is_empty() && self.is_new("off values", view) {
             log.say(Level::Info, &format!("step {step}{of}: {}", report.off_values.join("; ")));
         }
-        for field in report.without_values.iter().filter(|field| self.empty.add(field)) {
+        for field in report.without_values.iter().filter(|field| self.is_new("without values", field)) {
             let line = format!(
                 "step {step}{of}: field {field:?} has no values: all are NaN, infinite or its fill value, and nothing of \
                  it is drawn"
@@ -56,7 +43,7 @@ impl ErrorWarnings {
             log.say(Level::Warn, &line);
         }
         let ErrorSummary { pixels_over_tolerance: count, max, certainty, .. } = report.error;
-        if count == 0 || !self.logged.add(view) {
+        if count == 0 || !self.is_new("tolerance", view) {
             return;
         }
         let (pixels, tolerance) = (if count == 1 { "pixel has" } else { "pixels have" }, report.quality.tolerance);
@@ -101,18 +88,6 @@ mod tests {
             (warn, format!("step 4, view \"north\": 1 pixel has an error above the tolerance 1e-3, {more}")),
         ];
         assert_eq!(lines, expected);
-    }
-
-    #[test]
-    fn fields_without_values_are_reported_once() {
-        let report = |fields: &[&str]| {
-            let without_values = fields.iter().copied().map(String::from).collect();
-            FrameReport { without_values, ..FrameReport::default() }
-        };
-        let frames = [(1, &[][..]), (2, &["q"]), (3, &["q"]), (4, &["t", "q"])];
-        let lines = logged(Level::Warn, frames.map(|(step, fields)| (step, "", report(fields))));
-        let fields: Vec<&str> = lines.iter().map(|(_, line)| line.split(" has no").next().unwrap()).collect();
-        assert_eq!(fields, ["step 2: field \"q\"", "step 4: field \"t\""]);
     }
 
     #[test]

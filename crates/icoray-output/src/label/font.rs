@@ -14,7 +14,7 @@ const MIDDLE: f32 = 0.365;
 
 /// Coverage of each pixel by the ink of a text.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Mask {
+pub(super) struct Mask {
     /// Pixels in a row.
     pub width: i64,
     /// Number of rows.
@@ -98,12 +98,6 @@ impl Size {
 }
 
 impl Mask {
-    /// A line of text in the font of labels, `em` pixels per em; set smaller, but legible, if it would be wider than
-    /// `max_width` pixels.
-    pub fn of_text(text: &str, em: f32, max_width: i64) -> Self {
-        Size(em).fitting(text, max_width).line(text)
-    }
-
     /// Centred lines below each other.
     pub(super) fn below_each_other(lines: &[Mask]) -> Self {
         let width = lines.iter().map(|line| line.width).max().unwrap_or(0);

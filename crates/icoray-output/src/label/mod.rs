@@ -14,7 +14,6 @@ mod units;
 mod words;
 
 pub(crate) use canvas::{Canvas, srgb_byte};
-pub use font::Mask;
 pub(crate) use layout::{draw, draw_bar};
 pub(crate) use maps::maps;
 pub use units::printed_units;

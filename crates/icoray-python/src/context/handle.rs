@@ -23,8 +23,11 @@ use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, TryLockError, TryLockRes
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sent<T>(pub T);
 
-// SAFETY: the call is made on the thread that has the pointer; only Python's lock is released.
+// SAFETY: calls are made on the thread that has the pointer, of which only Python's lock is released; a context locks
+// itself, and calls of other threads are refused or wait.
 unsafe impl<T> Send for Sent<T> {}
+// SAFETY: as above.
+unsafe impl Sync for Sent<*mut icoray_ctx> {}
 
 impl<T: Copy> Sent<T> {
     pub fn get(self) -> T {
@@ -35,21 +38,12 @@ impl<T: Copy> Sent<T> {
 /// An open context, until it is closed.
 pub(super) struct Handle {
     /// Calls share the lock; close has it alone.
-    context: RwLock<Option<Open>>,
+    context: RwLock<Option<Sent<*mut icoray_ctx>>>,
     is_shared: bool,
     /// Locked while the context takes an address and its array is kept.
     giving: Mutex<()>,
     kept: Mutex<Kept>,
 }
-
-/// A context that is not closed.
-#[derive(Debug, Clone, Copy)]
-struct Open(*mut icoray_ctx);
-
-// SAFETY: the context locks itself, and calls of other threads are refused or wait.
-unsafe impl Send for Open {}
-// SAFETY: as above.
-unsafe impl Sync for Open {}
 
 /// Objects that the context reads, alive until they are replaced or the context is closed.
 #[derive(Default)]
@@ -104,7 +98,7 @@ impl Handle {
                     None => icoray_open_serial(config.get(), &raw mut ctx),
                 }
             };
-            (status, message_of(status, ptr::null()), Open(ctx))
+            (status, message_of(status, ptr::null()), Sent(ctx))
         });
         checked(status, message)?;
         Ok(Handle { context: RwLock::new(Some(context)), is_shared, giving: Mutex::default(), kept: Mutex::default() })
@@ -114,8 +108,7 @@ impl Handle {
     pub fn call(&self, py: Python, call: impl FnOnce(*mut icoray_ctx) -> icoray_status + Send) -> PyResult<()> {
         let context = locked(self.context.try_read())?.ok_or_else(closed)?;
         let (status, message) = py.detach(move || {
-            let context = context;
-            let Open(ctx) = context;
+            let ctx = context.get();
             let status = call(ctx);
             (status, message_of(status, ctx))
         });
@@ -162,12 +155,12 @@ impl Handle {
         let mut open = locked(self.context.try_write())?;
         let Some(context) = *open else { return Ok(()) };
         let (status, message, rest) = py.detach(move || {
-            let Open(mut ctx) = { context };
+            let mut ctx = context.get();
             // SAFETY: an open context that no other thread uses, as the lock says.
             let status = unsafe { icoray_close(&raw mut ctx) };
-            (status, message_of(status, ptr::null()), Open(ctx))
+            (status, message_of(status, ptr::null()), Sent(ctx))
         });
-        *open = (!rest.0.is_null()).then_some(rest);
+        *open = (!rest.get().is_null()).then_some(rest);
         let _kept = open.is_none().then(|| std::mem::take(&mut *self.kept()));
         checked(status, message)
     }

@@ -5,7 +5,9 @@ use crate::culled::{Culled, Mark, Style, holes};
 use crate::oracle::{Data, NamedField};
 use crate::shading::direction;
 use glam::{DQuat, DVec3};
-use icoray::{Error, ErrorKind, Field, Fields, Grid, IcosahedralMesh, Layers, Location, Result, Scene, Shape};
+use icoray::{
+    Error, ErrorKind, Field, Fields, Grid, IcosahedralMesh, Layers, Location, OwnedReals, Result, Scene, Shape,
+};
 use icoray_test_support::Random;
 use std::fmt::Write as _;
 
@@ -24,8 +26,8 @@ pub struct RandomScene {
     /// Heights of each column's layers, metres, level-fastest.
     heights: Vec<f64>,
     pub(super) fields: Vec<NamedField<'static>>,
-    /// The fields rounded to single precision, where the model has that.
-    single: Option<Vec<Vec<f32>>>,
+    /// The same in the model's precision.
+    given: Vec<OwnedReals>,
     /// Mesh and fields in words.
     pub recipe: String,
 }
@@ -67,11 +69,14 @@ impl RandomScene {
         let mut scene =
             Scene::parse(&text).map_err(|e| Error::new(ErrorKind::Scene, format!("seed {seed}: {e}\n{text}")))?;
         scene.name_first_field("f");
-        let rounded = |field: &NamedField| field.values.iter().map(|value| *value as f32).collect();
-        let single = is_single.then(|| fields.iter().map(rounded).collect());
+        let given = fields.iter().map(|NamedField { values, .. }| match is_single {
+            true => OwnedReals::F32(values.iter().map(|value| *value as f32).collect()),
+            false => OwnedReals::F64(values.clone()),
+        });
+        let given = given.collect();
         drop(grid);
         let layers = Layers::from_heights(&radii, 1.0)?;
-        Ok(RandomScene { seed, kind, text, scene, mesh, layers, heights, fields, single, recipe })
+        Ok(RandomScene { seed, kind, text, scene, mesh, layers, heights, fields, given, recipe })
     }
 
     pub(super) fn grid(&self) -> Grid<'_> {
@@ -85,12 +90,9 @@ impl RandomScene {
     /// The fields in the model's precision.
     pub(super) fn model_fields(&self) -> Result<Fields<'_>> {
         let shape = Shape::level_fastest(self.heights.len() / self.layers.count(), self.layers.count());
-        let field = |k: usize| match &self.single {
-            Some(single) => Field::new(single[k].as_slice().into(), shape, Location::Center, None),
-            None => Field::new(self.fields[k].values.as_slice().into(), shape, Location::Center, None),
-        };
-        let heights = Field::new(self.heights.as_slice().into(), shape, Location::Center, None)?;
-        Ok(Fields::new([("f", field(0)?), ("g", field(1)?)]).with_heights(heights))
+        let field = |values| Field::new(values, shape, Location::Center, None);
+        let [f, g] = [0, 1].map(|k: usize| field(self.given[k].as_reals()));
+        Ok(Fields::new([("f", f?), ("g", g?)]).with_heights(field((&self.heights).into())?))
     }
 }
 

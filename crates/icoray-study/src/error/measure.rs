@@ -90,13 +90,15 @@ pub fn measure(
         for run in ladder {
             bar.set_message(run.label());
             let start = Instant::now();
-            let picture = render(job, run, renderer)?;
-            let measured = first(*run, picture, start.elapsed().as_secs_f64(), truth);
-            let seconds = measured.seconds[0];
+            let Picture { pixels, seconds, samples, bound } = render(job, run, renderer)?;
+            let whole_s = start.elapsed().as_secs_f64();
+            let mut distance = Comparison::new(&pixels, truth);
+            let pixel_errors = std::mem::take(&mut distance.pixel_errors);
+            let bound = bound.map(|bound| BoundCheck::new(&bound, &pixel_errors));
             if all.is_empty() {
                 longest_s = longest_s.max(FIRST_RUNS * seconds);
             }
-            all.push(measured);
+            all.push(Measured { run: *run, seconds: vec![seconds], whole_s, samples, distance, bound });
             bar.inc(1);
             if seconds > longest_s && !matches!(run.method, Method::Exact { .. }) {
                 break;
@@ -118,19 +120,6 @@ pub fn measure(
 fn render(job: &Job, run: &Run, renderer: &Renderer) -> Result<Picture> {
     let scene = Scene { precision: run.precision, ..job.scene.clone() };
     run.method.render(&Job { scene: &scene, ..*job }, renderer)
-}
-
-fn first(run: Run, picture: Picture, whole_s: f64, truth: &[[f64; 4]]) -> Measured {
-    let mut distance = Comparison::new(&picture.pixels, truth);
-    let pixel_errors = std::mem::take(&mut distance.pixel_errors);
-    Measured {
-        run,
-        seconds: vec![picture.seconds],
-        whole_s,
-        samples: picture.samples,
-        distance,
-        bound: picture.bound.map(|bound| BoundCheck::new(&bound, &pixel_errors)),
-    }
 }
 
 pub const COLUMNS: &str = "scene,method,parameter,seconds_median,seconds_min,repeats,rmse,max_error,samples,bound_max,\

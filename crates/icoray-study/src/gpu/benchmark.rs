@@ -1,7 +1,7 @@
 //! Renders one picture on GPU and CPU.
 
 use crate::scenes::multi_scale::{self, Opacity};
-use icoray::{Field, Frame, FrameReport, Grid, Layers, Renderer, Result, Scene};
+use icoray::{Error, ErrorKind, Field, Frame, FrameReport, Grid, Layers, Renderer, Result, Scene};
 use icoray_gpu::Peaks;
 use icoray_reference::comparison::Comparison;
 use std::time::Instant;
@@ -40,25 +40,20 @@ pub(super) struct Benchmark<'a> {
     pub peaks: Peaks,
 }
 
+/// A picture of the GPU.
 pub(super) struct Row {
     pub setting: Setting,
     pub transfer: &'static str,
-    /// Measurements on the GPU, or the reason why it did not render.
-    pub gpu: std::result::Result<OnGpu, String>,
-    /// Seconds on the CPU from end to end.
-    pub cpu_s: f64,
-}
-
-pub(super) struct OnGpu {
     pub report: FrameReport,
-    /// Seconds from end to end.
+    /// Seconds from end to end, and those of the CPU's picture.
     pub end_s: f64,
+    pub cpu_s: f64,
     pub cost: Cost,
     /// Difference from the CPU's picture.
     pub difference: Comparison,
 }
 
-impl OnGpu {
+impl Row {
     /// Seconds in rays by the device's clock, or else from the first ray to the last pixel.
     pub fn device_s(&self) -> f64 {
         device_s(&self.report)
@@ -78,33 +73,31 @@ impl OnGpu {
 impl Benchmark<'_> {
     pub fn row(&self, setting: &Setting, transfer: &'static str, opacity: Opacity) -> Result<Row> {
         let scene = setting.scene(opacity)?;
-        let drawn = self.best(&scene)?;
+        let (frame, end_s) = self.best(&scene)?;
         let (truth, cpu_s) = self.draw(&self.cpu, &scene, 0)?;
-        let gpu = drawn.map(|(frame, end_s)| OnGpu {
-            end_s,
-            cost: Cost::of(&frame.report, frame.pixels.len() as u64, setting.is_lit),
-            difference: Comparison::new(&frame.pixels, &truth.pixels),
-            report: frame.report,
-        });
-        Ok(Row { setting: *setting, transfer, gpu, cpu_s })
+        let cost = Cost::of(&frame.report, frame.pixels.len() as u64, setting.is_lit);
+        let difference = Comparison::new(&frame.pixels, &truth.pixels);
+        Ok(Row { setting: *setting, transfer, report: frame.report, end_s, cpu_s, cost, difference })
     }
 
-    /// The GPU's fastest frame with its seconds from end to end, or the reason why there is none.
-    fn best(&self, scene: &Scene) -> Result<std::result::Result<(Frame, f64), String>> {
+    /// The GPU's fastest frame with its seconds from end to end.
+    fn best(&self, scene: &Scene) -> Result<(Frame, f64)> {
+        let draw = |frame: usize| {
+            let drawn = self.draw(&self.gpu, scene, frame)?;
+            let Some(reason) = &drawn.0.report.device.left_to_cpu else { return Ok(drawn) };
+            let context = format!("{} x {} pixels are left to the CPU: {reason}", scene.width, scene.height);
+            Err(Error::new(ErrorKind::Unsupported, context))
+        };
         // The first frame compiles the shader and uploads the grid.
-        let (first, _) = self.draw(&self.gpu, scene, 0)?;
-        if let Some(reason) = first.report.device.left_to_cpu {
-            return Ok(Err(reason));
-        }
-        let mut best = self.draw(&self.gpu, scene, 1)?;
+        draw(0)?;
+        let mut best = draw(1)?;
         for i in 1..self.frames {
-            let next = self.draw(&self.gpu, scene, i + 1)?;
+            let next = draw(i + 1)?;
             if device_s(&next.0.report) < device_s(&best.0.report) {
                 best = next;
             }
         }
-        let reason = best.0.report.device.left_to_cpu.clone();
-        Ok(reason.map_or(Ok(best), Err))
+        Ok(best)
     }
 
     fn draw(&self, renderer: &Renderer, scene: &Scene, frame: usize) -> Result<(Frame, f64)> {

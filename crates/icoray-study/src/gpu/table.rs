@@ -1,23 +1,23 @@
 //! Measurements as rows of a table, and as tables in Markdown.
 
-use super::benchmark::{Benchmark, OnGpu, Row};
+use super::benchmark::{Benchmark, Row};
 use crate::results::{threads, three_digits};
 use icoray_gpu::Peaks;
 use std::fmt::Write as _;
 
 pub(super) const COLUMNS: &str = "transfer,width,height,light,tolerance,device_ms,device_clock,prepare_ms,upload_ms,\
     bytes_uploaded,end_to_end_ms,cpu_ms,columns,frusta,frusta_per_s,bytes_read,memory_percent,flops,\
-    f32_percent,upload_bytes_per_s,upload_percent,rmse_to_cpu,max_to_cpu,left_to_cpu";
+    f32_percent,upload_bytes_per_s,upload_percent,rmse_to_cpu,max_to_cpu";
 
 pub(super) const PRINTED: &str = "transfer,width,height,light,tolerance,device_ms,upload_ms,end_to_end_ms,cpu_ms,\
-    frusta_per_s,memory_percent,f32_percent,upload_percent,rmse_to_cpu,max_to_cpu,left_to_cpu";
+    frusta_per_s,memory_percent,f32_percent,upload_percent,rmse_to_cpu,max_to_cpu";
 
 fn percent(rate: f64, max: f64) -> f64 {
     100.0 * rate / max
 }
 
 /// Percents of the device's memory, arithmetic and bus.
-fn percents(gpu: &OnGpu, peaks: &Peaks) -> [f64; 3] {
+fn percents(gpu: &Row, peaks: &Peaks) -> [f64; 3] {
     [
         percent(gpu.cost.bytes / gpu.device_s(), peaks.memory),
         percent(gpu.cost.flops / gpu.device_s(), peaks.flops),
@@ -25,34 +25,20 @@ fn percents(gpu: &OnGpu, peaks: &Peaks) -> [f64; 3] {
     ]
 }
 
-/// A row's cells; those of the GPU are empty if the picture was left to the CPU.
 pub(super) fn cells(row: &Row, peaks: &Peaks) -> Vec<String> {
     let ms = |seconds: f64| format!("{:.4}", 1e3 * seconds);
     let (width, height) = row.setting.size;
+    let [memory, f32, upload] = percents(row, peaks).map(|percent| format!("{percent:.2}"));
+    let (device, counts) = (&row.report.device, &row.report.counts);
     let mut cells = vec![row.transfer.to_owned(), width.to_string(), height.to_string()];
     cells.extend([row.setting.light().to_owned(), format!("{:e}", row.setting.tolerance)]);
-    let gpu = match &row.gpu {
-        Ok(gpu) => gpu,
-        Err(reason) => {
-            cells.extend([const { String::new() }; 19]);
-            (cells[11], cells[23]) = (ms(row.cpu_s), reason.clone());
-            return cells;
-        }
-    };
-    let [memory, f32, upload] = percents(gpu, peaks).map(|percent| format!("{percent:.2}"));
-    let (device, counts) = (&gpu.report.device, &gpu.report.counts);
-    cells.extend([ms(gpu.device_s()), u8::from(device.device_s.is_some()).to_string()]);
-    cells.extend([ms(gpu.report.timing.prepare_s), ms(device.upload_s), device.bytes_uploaded.to_string()]);
-    cells.extend([ms(gpu.end_s), ms(row.cpu_s), counts.columns.to_string(), counts.frusta.to_string()]);
-    cells.push(format!("{:.4e}", gpu.rate()));
-    cells.extend([format!("{:.0}", gpu.cost.bytes), memory, format!("{:.0}", gpu.cost.flops), f32]);
-    cells.extend([
-        format!("{:.4e}", gpu.upload()),
-        upload,
-        format!("{:.2e}", gpu.difference.rmse),
-        format!("{:.2e}", gpu.difference.max),
-    ]);
-    cells.push(String::new());
+    cells.extend([ms(row.device_s()), u8::from(device.device_s.is_some()).to_string()]);
+    cells.extend([ms(row.report.timing.prepare_s), ms(device.upload_s), device.bytes_uploaded.to_string()]);
+    cells.extend([ms(row.end_s), ms(row.cpu_s), counts.columns.to_string(), counts.frusta.to_string()]);
+    cells.push(format!("{:.4e}", row.rate()));
+    cells.extend([format!("{:.0}", row.cost.bytes), memory, format!("{:.0}", row.cost.flops), f32]);
+    cells.extend([format!("{:.4e}", row.upload()), upload]);
+    cells.extend([row.difference.rmse, row.difference.max].map(|difference| format!("{difference:.2e}")));
     cells
 }
 
@@ -74,8 +60,8 @@ fn ms(seconds: f64) -> String {
 }
 
 /// Minimum and maximum of a number over pictures.
-fn span(rows: &[&OnGpu], number: impl Fn(&OnGpu) -> f64, show: impl Fn(f64) -> String) -> String {
-    let numbers = || rows.iter().map(|gpu| number(gpu));
+fn span(rows: &[Row], number: impl Fn(&Row) -> f64, show: impl Fn(f64) -> String) -> String {
+    let numbers = || rows.iter().map(&number);
     let (min, max) = (show(numbers().fold(f64::INFINITY, f64::min)), show(numbers().fold(f64::NEG_INFINITY, f64::max)));
     if min == max { max } else { format!("{min} to {max}") }
 }
@@ -94,11 +80,7 @@ pub(super) fn markdown(all: &[Vec<Row>], grid: &str, name: &str, benchmark: &Ben
         let (width, height) = setting.size;
         let _ = write!(text, "| {width} × {height} | {} | {:e} |", setting.light(), setting.tolerance);
         for row in rows {
-            let cell = match &row.gpu {
-                Ok(gpu) => format!(" {} ({}); {} |", ms(gpu.device_s()), ms(gpu.end_s), ms(row.cpu_s)),
-                Err(_) => format!(" -; {} |", ms(row.cpu_s)),
-            };
-            text += &cell;
+            let _ = write!(text, " {} ({}); {} |", ms(row.device_s()), ms(row.end_s), ms(row.cpu_s));
         }
         text += "\n";
     }
@@ -114,12 +96,8 @@ pub(super) fn markdown(all: &[Vec<Row>], grid: &str, name: &str, benchmark: &Ben
     let whole = |percent: f64| format!("{percent:.0} %");
     let small = |number: f64| format!("{number:.1e}");
     for rows in all {
-        let drawn: Vec<&OnGpu> = rows.iter().filter_map(|row| row.gpu.as_ref().ok()).collect();
-        if drawn.is_empty() {
-            continue;
-        }
         let setting = rows[0].setting;
-        let max = |number: fn(&OnGpu) -> f64| small(drawn.iter().map(|gpu| number(gpu)).fold(0.0, f64::max));
+        let max = |number: fn(&Row) -> f64| small(rows.iter().map(number).fold(0.0, f64::max));
         let _ = writeln!(
             text,
             "| {} × {} | {} | {:e} | {} | {} | {} | {} | {} | {} | {} |",
@@ -127,40 +105,14 @@ pub(super) fn markdown(all: &[Vec<Row>], grid: &str, name: &str, benchmark: &Ben
             setting.size.1,
             setting.light(),
             setting.tolerance,
-            span(&drawn, OnGpu::rate, small),
-            span(&drawn, |gpu| percents(gpu, &benchmark.peaks)[0], whole),
-            span(&drawn, |gpu| percents(gpu, &benchmark.peaks)[1], whole),
-            span(&drawn, |gpu| 1e-9 * gpu.upload(), |rate| format!("{rate:.1}")),
-            span(&drawn, |gpu| percents(gpu, &benchmark.peaks)[2], whole),
+            span(rows, Row::rate, small),
+            span(rows, |gpu| percents(gpu, &benchmark.peaks)[0], whole),
+            span(rows, |gpu| percents(gpu, &benchmark.peaks)[1], whole),
+            span(rows, |gpu| 1e-9 * gpu.upload(), |rate| format!("{rate:.1}")),
+            span(rows, |gpu| percents(gpu, &benchmark.peaks)[2], whole),
             max(|gpu| gpu.difference.rmse),
             max(|gpu| gpu.difference.max)
         );
     }
-    let reasons = all.iter().flatten().filter_map(|row| row.gpu.as_ref().err());
-    let mut printed: Vec<&String> = Vec::new();
-    for reason in reasons {
-        if !printed.contains(&reason) {
-            let _ = write!(text, "\nLeft to the CPU (-): {reason}\n");
-            printed.push(reason);
-        }
-    }
     text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::benchmark::Setting;
-    use super::*;
-
-    #[test]
-    fn a_picture_that_is_left_to_the_cpu_has_its_reason() {
-        let setting = Setting { size: (8, 4), is_lit: true, tolerance: 1e-2 };
-        let row = Row { setting, transfer: "dense", gpu: Err("too large".into()), cpu_s: 0.25 };
-        let peaks = Peaks { host_to_device: 1.0, staged: 1.0, readback: 1.0, memory: 1.0, flops: 1.0 };
-        let cells = cells(&row, &peaks);
-        let cell = |name: &str| cells[COLUMNS.split(',').position(|known| known == name).unwrap()].as_str();
-        assert_eq!(cells.len(), COLUMNS.split(',').count());
-        assert_eq!((cell("cpu_ms"), cell("left_to_cpu"), cell("device_ms")), ("250.0000", "too large", ""));
-        assert_eq!((cell("transfer"), cell("light"), cell("tolerance")), ("dense", "lit", "1e-2"));
-    }
 }

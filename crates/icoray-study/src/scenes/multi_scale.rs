@@ -36,6 +36,11 @@ pub(crate) fn knots(count: u32, opacity: Opacity) -> String {
     (0..count).map(knot).collect()
 }
 
+/// The text of a volume with these knots.
+pub(crate) fn volume(field: &str, knots: &str) -> String {
+    format!("[[volumes]]\nfield = \"{field}\"\ntransfer = {{ knots = [\n{knots}] }}\n")
+}
+
 pub(crate) const HEADLIGHT: &str = "[light]\nkind = \"headlight\"";
 
 /// A scene of the whole globe: `rest` are lines before the tables, `transfer` is the text behind the header of the last

@@ -1,6 +1,6 @@
 //! Frames of one grid.
 
-use super::options::{Case, Light, Options, Setting, Size, cores};
+use super::options::{Case, Light, Options, Setting, Size};
 use crate::peak::PeakMemory;
 use crate::results::io_error;
 use icoray::{
@@ -189,7 +189,7 @@ impl<'o> Benchmark<'o> {
             setting: *setting,
             seconds,
             crossed: crossed.max(counts.frusta),
-            bytes: bytes_read(counts, crossed > counts.frusta, setting.light == Light::Lit),
+            bytes: bytes_read(counts, crossed > counts.frusta, if setting.light == Light::Lit { PACKED } else { 0 }),
             field_bytes: size_of_val(self.sphere.values.as_slice()),
             report,
         }
@@ -207,21 +207,16 @@ pub(super) struct Setup {
     pub level: u32,
     pub cells: usize,
     pub triangles: usize,
-    /// Numbers of threads, and the minimum seconds of each.
-    pub threads: Vec<usize>,
+    /// The minimum for each number of threads.
     pub seconds: Vec<f64>,
     /// Memory of the grid beside the model's tables, as it reports.
     pub derived_bytes: usize,
-    /// Peak memory of the process beyond those tables during the check.
-    pub peak_bytes: u64,
 }
 
 impl Setup {
     pub fn of(level: u32, mesh: &IcosahedralMesh, renderers: &[Renderer], times: usize) -> Result<Self> {
-        let threads = renderers.iter().map(Renderer::threads).collect();
         let mut seconds = vec![f64::INFINITY; renderers.len()];
         let mut derived_bytes = 0;
-        let peak = PeakMemory::start()?;
         for _ in 0..times.max(1) {
             for (renderer, min) in renderers.iter().zip(&mut seconds) {
                 let start = Instant::now();
@@ -231,37 +226,13 @@ impl Setup {
             }
         }
         let (cells, triangles) = (mesh.cells(), mesh.tables().corners());
-        Ok(Setup { level, cells, triangles, threads, seconds, derived_bytes, peak_bytes: peak.bytes()? })
+        Ok(Setup { level, cells, triangles, seconds, derived_bytes })
     }
 
     /// Seconds, one number of threads after the other.
     pub fn times(&self) -> String {
         let times: Vec<_> = self.seconds.iter().map(|min| format!("{min:.3}")).collect();
         times.join(", ")
-    }
-
-    pub fn line(&self) -> String {
-        format!(
-            "\nn = {}: {} cells, {} triangles; tables checked and derived in {} s on {}; {} bytes derived, {:.1} per cell, {:.1} \
-             per triangle; at most {:.1} MiB more than the tables meanwhile",
-            self.level,
-            self.cells,
-            self.triangles,
-            self.times(),
-            cores(&self.threads),
-            self.derived_bytes,
-            self.per_cell(),
-            self.per_triangle(),
-            self.peak_bytes as f64 / f64::from(1 << 20),
-        )
-    }
-
-    pub fn per_triangle(&self) -> f64 {
-        self.derived_bytes as f64 / self.triangles as f64
-    }
-
-    pub fn per_cell(&self) -> f64 {
-        self.derived_bytes as f64 / self.cells as f64
     }
 }
 
@@ -271,19 +242,19 @@ const COLUMN: u64 = 4 + 12 + 24;
 const BLOCKS: u64 = 4;
 /// Values of three cells on one layer, of 4 bytes.
 const VALUES: u64 = 12;
-/// Gradients of three vertices, wherever values are read.
-const GRADIENTS: u64 = 36;
+/// A gradient at a vertex, packed.
+pub(crate) const PACKED: u64 = 8;
 
-/// Bytes that rays read of tables and field; `empty_space` if they skip it.
+/// Bytes that rays read of tables and field; `empty_space` if they skip it, with a gradient of so many bytes at each
+/// vertex.
 ///
 /// Counted by hand in the kernel and multiplied by the numbers of columns and frusta. All reads count, including those
 /// that caches serve. Data that all rays share (layers, transfer function) and the preparation of frames do not count.
-fn bytes_read(counts: &Counts, empty_space: bool, is_lit: bool) -> u64 {
+pub(crate) fn bytes_read(counts: &Counts, empty_space: bool, gradient: u64) -> u64 {
     let column = COLUMN + if empty_space { BLOCKS } else { 0 };
-    let layer = VALUES + if is_lit { GRADIENTS } else { 0 };
     // A frustum reads the layer behind it and the one ahead.
     let layers = 2 * counts.frusta;
-    counts.columns * column + layers * layer
+    counts.columns * column + layers * (VALUES + 3 * gradient)
 }
 
 #[cfg(test)]
@@ -292,12 +263,12 @@ mod tests {
 
     #[test]
     fn columns_frusta_blocks_and_light_are_paid_for() {
-        let of = |columns, frusta, empty_space, is_lit| {
-            bytes_read(&Counts { columns, frusta, ..Counts::default() }, empty_space, is_lit)
+        let of = |columns, frusta, empty_space, gradient| {
+            bytes_read(&Counts { columns, frusta, ..Counts::default() }, empty_space, gradient)
         };
-        assert_eq!(of(3, 0, false, false), 3 * 40);
-        assert_eq!(of(3, 0, true, false), 3 * 44);
-        assert_eq!(of(3, 5, false, false), 3 * 40 + 10 * 12);
-        assert_eq!(of(3, 2, false, true), 3 * 40 + 4 * 48);
+        assert_eq!(of(3, 0, false, 0), 3 * 40);
+        assert_eq!(of(3, 0, true, 0), 3 * 44);
+        assert_eq!(of(3, 5, false, 0), 3 * 40 + 10 * 12);
+        assert_eq!(of(3, 2, false, PACKED), 3 * 40 + 4 * 36);
     }
 }

@@ -201,14 +201,10 @@ impl Measured<'_> {
         text += &line("n | cells | seconds | bytes per cell | per triangle", heads);
         let _ = writeln!(text, "|---|---|---|---|---|{}", "---|".repeat(lights.len()));
         for setup in self.setups {
-            let first = format!(
-                "{} | {} | {} | {:.1} | {:.1}",
-                setup.level,
-                grouped(setup.cells),
-                setup.times(),
-                setup.per_cell(),
-                setup.per_triangle()
-            );
+            let (level, cells, times) = (setup.level, grouped(setup.cells), setup.times());
+            let [per_cell, per_triangle] =
+                [setup.cells, setup.triangles].map(|count| setup.derived_bytes as f64 / count as f64);
+            let first = format!("{level} | {cells} | {times} | {per_cell:.1} | {per_triangle:.1}");
             let frames = lights.iter().map(|light| {
                 let memory = self.memory.iter().find(|of| of.size.level == setup.level && of.light == *light);
                 memory.map_or_else(String::new, |memory| {

@@ -1,11 +1,10 @@
 //! Frames of two builds of this program, in turn.
 //!
-//! Both programs run beside each other, each with its own grid and field, and render a frame on request. A frame of one
-//! build follows a frame of the other, so that noise of the machine affects both.
+//! Both programs run beside each other, each with its own grid and field, and render a frame on request.
 
 use super::instructions::Tool;
 use super::options::{Options, Setting, Size, cores};
-use crate::results::say;
+use crate::results::{in_turn, say};
 use icoray::{Error, ErrorKind, Result};
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -74,15 +73,8 @@ pub(super) fn compare(
 /// Least seconds of each program, and the median ratio of a frame of the first to the next frame of the second.
 fn seconds(programs: [&Path; 2], run: &BareRun, options: &Options) -> Result<[f64; 3]> {
     let arguments = run.arguments(options);
-    let [mut other, mut this] = [Build::start(programs[0], &arguments)?, Build::start(programs[1], &arguments)?];
-    let (mut least, mut ratios) = ([f64::INFINITY; 2], Vec::new());
-    for _ in 0..run.frames {
-        let pair = [other.frame()?, this.frame()?];
-        ratios.push(pair[0] / pair[1]);
-        least = [least[0].min(pair[0]), least[1].min(pair[1])];
-    }
-    ratios.sort_by(f64::total_cmp);
-    Ok([least[0], least[1], ratios[ratios.len() / 2]])
+    let mut builds = [Build::start(programs[0], &arguments)?, Build::start(programs[1], &arguments)?];
+    in_turn(run.frames, |which| builds[which].frame())
 }
 
 /// A program that renders a frame for each line of its input.

@@ -1,92 +1,57 @@
-//! A renderer's row of the table, and the summary of all: time and memory relative to icoray's, and the largest grids
-//! in a given memory.
+//! A renderer's row of the table, and the summary of all: time relative to icoray's, and memory.
 
 use super::Options;
 use icoray_reference::comparison::Comparison;
 use std::fmt::Write as _;
 
-/// The paper's largest grid: 655,362 cells, 99 layers.
-const PAPER_WEDGES: f64 = 1_310_720.0 * 98.0;
-const GIBI: f64 = (1u64 << 30) as f64;
-
 /// Memory as a straight line over the number of wedges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Line {
-    /// Independent of the grid: a window, libraries, a picture.
+    /// Bytes independent of the grid: a window, libraries, a picture.
     fixed: f64,
     per_wedge: f64,
-    source: LineSource,
-}
-
-/// How the two parts of a [`Line`] are determined.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum LineSource {
-    /// Reported by icoray.
-    Reported,
-    /// From the difference of two grids.
-    Fit,
-    /// Not determined.
-    Total,
 }
 
 impl Line {
-    /// Through the smallest and the largest grid of a renderer; memory is the mean over transfer functions.
+    /// What icoray reports, or through the smallest and the largest grid of another renderer; memory is the mean over
+    /// transfer functions.
     fn of(rows: &[Row], renderer: &str) -> Option<Self> {
         let rows: Vec<&Row> = rows.iter().filter(|row| row.renderer == renderer).collect();
         let wedges = || rows.iter().map(|row| row.wedges);
         let (min, max) = (wedges().min()?, wedges().max()?);
         let of = |wedges: u64| rows.iter().filter(move |row| row.wedges == wedges);
-        let mean = |wedges: u64| {
-            let sum: f64 = of(wedges).map(|row| row.memory as f64).sum();
-            sum / of(wedges).count() as f64
-        };
-        let largest = of(max);
-        if let Some(derived) = largest.filter_map(|row| row.derived).max() {
-            let derived = derived as f64;
-            let fixed = (mean(max) - derived).max(0.0);
-            return Some(Line { fixed, per_wedge: derived / max as f64, source: LineSource::Reported });
-        }
-        if min == max {
-            return Some(Line { fixed: 0.0, per_wedge: mean(max) / max as f64, source: LineSource::Total });
-        }
-        let per_wedge = (mean(max) - mean(min)) / (max - min) as f64;
-        Some(Line { fixed: mean(min) - per_wedge * min as f64, per_wedge, source: LineSource::Fit })
+        let mean = |wedges: u64| of(wedges).map(|row| row.memory as f64).sum::<f64>() / of(wedges).count() as f64;
+        let derived = of(max).filter_map(|row| row.derived).max();
+        let fitted = || (min < max).then(|| (mean(max) - mean(min)) / (max - min) as f64);
+        let per_wedge = derived.map(|derived| derived as f64 / max as f64).or_else(fitted)?;
+        Some(Line { fixed: (mean(max) - per_wedge * max as f64).max(0.0), per_wedge })
     }
 
-    fn bytes(&self, wedges: f64) -> f64 {
-        self.fixed + self.per_wedge * wedges
-    }
-
-    fn max_wedges(&self, bytes: f64) -> f64 {
-        (bytes - self.fixed) / self.per_wedge
+    fn cells(self) -> String {
+        format!("{:.1} | {:.1}", self.per_wedge, self.fixed / f64::from(1 << 20))
     }
 }
 
-/// A Markdown table of ratios, a sentence per renderer on grids that fit in memory, and the failures.
+/// A Markdown table of ratios and memory, and the failures.
 pub(super) fn summary(rows: &[Row], options: &Options, failures: &[String]) -> String {
-    let renderers = &options.renderers;
-    let mut text = String::from(
-        "\nTimes icoray's:\n\n| | frame | frame of new values | preparation | bytes per wedge |\n|---|---|---|---|---|\n",
+    let memory = |renderer: &str| Line::of(rows, renderer).map_or_else(|| "- | -".to_owned(), Line::cells);
+    let mut text = format!(
+        "\nTimes icoray's, and memory:\n\n| | frame | frame of new values | preparation | bytes per wedge | MiB for \
+         any grid |\n|---|---|---|---|---|---|\n| {OURS} | 1 | 1 | 1 | {} |\n",
+        memory(OURS)
     );
-    let ours = Line::of(rows, OURS);
-    let drew: Vec<&String> = renderers.iter().filter(|name| rows.iter().any(|row| row.renderer == **name)).collect();
-    for renderer in &drew {
+    for renderer in options.renderers.iter().filter(|name| rows.iter().any(|row| row.renderer == **name)) {
         let ratio = |seconds: fn(&Row) -> f64| span(&ratios(rows, renderer, seconds));
-        let memory = ours.zip(Line::of(rows, renderer)).map(|(ours, theirs)| theirs.per_wedge / ours.per_wedge);
-        let memory = memory.filter(|times| *times > 0.0).map_or_else(|| "-".into(), |times| format!("{times:.0}"));
         let _ = writeln!(
             text,
-            "| {renderer} | {} | {} | {} | {memory} |",
+            "| {renderer} | {} | {} | {} | {} |",
             ratio(|row| row.seconds.frame),
             ratio(|row| row.seconds.step),
             ratio(|row| row.seconds.prepare + (row.seconds.first - row.seconds.frame).max(0.0)),
+            memory(renderer)
         );
     }
     text.push('\n');
-    for name in std::iter::once(OURS).chain(drew.iter().map(|name| name.as_str())) {
-        let Some(line) = Line::of(rows, name).filter(|line| line.per_wedge > 0.0) else { continue };
-        let _ = writeln!(text, "- {}", fits(name, &line, options));
-    }
     failures.iter().for_each(|failure| text += &format!("- {failure}\n"));
     text
 }
@@ -103,32 +68,6 @@ fn ratios(rows: &[Row], renderer: &str, seconds: fn(&Row) -> f64) -> Vec<f64> {
 fn span(all: &[f64]) -> String {
     let (low, high) = all.iter().fold((f64::INFINITY, 0.0f64), |(l, h), x| (l.min(*x), h.max(*x)));
     format!("{low:.1} to {high:.1}")
-}
-
-/// The finest grid of no more wedges: a bisection has four times as many triangles as the one before, from 20 on.
-fn finest(max: f64, layers: usize) -> Option<u32> {
-    let wedges = |level: u32| 20.0 * 4f64.powi(level as i32) * (layers - 1) as f64;
-    (0..=icoray::MAX_LEVEL).rev().find(|level| wedges(*level) <= max)
-}
-
-fn fits(name: &str, line: &Line, options: &Options) -> String {
-    let (gibi, layers) = (options.memory, options.layers);
-    let max = line.max_wedges(gibi * GIBI);
-    let finest = finest(max, layers).map_or_else(|| "none".into(), |level| format!("n = {level}"));
-    let fixed = format!("{:.1} MiB for any grid", line.fixed / f64::from(1 << 20));
-    let fixed = match line.source {
-        LineSource::Reported => format!(" as it reports, and {fixed}"),
-        LineSource::Fit => format!(" and {fixed}"),
-        LineSource::Total => " including the fixed part".to_owned(),
-    };
-    format!(
-        "{name}: {:.1} bytes per wedge{fixed}; {gibi} GiB then hold {:.1} million wedges (finest grid of {layers} layers: \
-         {finest}), and the paper's 655,362 cells x 99 layers, {:.0} million wedges, take {:.2} GiB (extrapolated)",
-        line.per_wedge,
-        1e-6 * max,
-        1e-6 * PAPER_WEDGES,
-        line.bytes(PAPER_WEDGES) / GIBI,
-    )
 }
 
 pub(super) const OURS: &str = "icoray";
@@ -225,21 +164,13 @@ mod tests {
             row("bunyk", 5, 6 * mebi, 1 << 12, 3.0),
         ];
         let line = Line::of(&rows, "bunyk").unwrap();
-        assert_eq!(line, Line { fixed: 2.0 * mebi as f64, per_wedge: 1024.0, source: LineSource::Fit });
-        assert_eq!(line.max_wedges(line.bytes(12345.0)), 12345.0);
-        let asked = Asked::try_parse_from(["vtk", "--layers", "11", "--memory", "0.1"]).unwrap();
+        assert_eq!(line, Line { fixed: 2.0 * mebi as f64, per_wedge: 1024.0 });
+        let asked = Asked::try_parse_from(["vtk"]).unwrap();
         let text = summary(&rows, &asked.options, &["n=6, dense, zsweep: no".into()]);
-        assert!(text.contains("| bunyk | 15.0 to 20.0 | 15.0 to 20.0 | 15.0 to 20.0 | 1024 |"), "{text}");
-        assert!(text.contains("bunyk: 1024.0 bytes per wedge and 2.0 MiB"), "{text}");
-        assert!(
-            text.contains("icoray: 1.0 bytes per wedge as it reports, and 1.0 MiB")
-                && text.ends_with("\n- n=6, dense, zsweep: no\n"),
-            "{text}"
-        );
-        // 105267 wedges; n = 4 has 51,200.
-        assert!(text.contains("0.1 GiB then hold 0.1 million wedges (finest grid of 11 layers: n = 4)"), "{text}");
-        assert_eq!([51_199.0, 51_200.0, 199.0].map(|max| finest(max, 11)), [Some(3), Some(4), None]);
-        assert_eq!(Line::of(&rows[..2], "bunyk").unwrap().per_wedge, 3072.0);
+        assert!(text.contains("| bunyk | 15.0 to 20.0 | 15.0 to 20.0 | 15.0 to 20.0 | 1024.0 | 2.0 |"), "{text}");
+        assert!(text.contains("| icoray | 1 | 1 | 1 | 1.0 | 1.0 |"), "{text}");
+        assert!(text.ends_with("\n- n=6, dense, zsweep: no\n") && !text.contains("| zsweep |"), "{text}");
+        assert_eq!(Line::of(&rows[..2], "bunyk"), None, "one grid determines no line");
         assert_eq!(Line::of(&rows, "zsweep"), None);
     }
 }

@@ -49,35 +49,12 @@ fn error_leaves_a_table_charts_and_a_verdict() {
 #[test]
 fn lit_scenes_have_fewer_methods_and_absent_files_are_reported() {
     let directory = tempfile::tempdir().unwrap();
-    let words = ["error", "--quick", "--size", "16", "--repeats", "1", "--scenes", "radial_lit,jw_theta*"];
+    let words =
+        ["error", "--quick", "--close-up", "--size", "16", "--repeats", "1", "--scenes", "radial_lit,jw_theta*"];
     let printed = run(&words, directory.path());
     assert!(printed.contains("jw_theta, jw_theta_lit skipped: no file in /nowhere"), "{printed}");
     let rows = rows(&directory.path().join("error.csv"));
     assert_eq!(rows.len(), 3 * 3 + 1);
-}
-
-#[test]
-fn fig8_draws_a_montage() {
-    let directory = tempfile::tempdir().unwrap();
-    let words = ["fig8", "--quick", "--repeats", "1", "--step", "0.02"];
-    let printed = run(&words, directory.path());
-    assert!(printed.contains("jw_vorticity skipped"), "{printed}");
-    let rows = rows(&directory.path().join("fig8.csv"));
-    assert_eq!(rows.len(), 7);
-    assert_eq!(rows.iter().filter(|row| row["equal"] == "time").count(), 4);
-    assert!(std::fs::metadata(directory.path().join("fig8_low_thin.png")).unwrap().len() > 2000);
-}
-
-#[test]
-fn fig9_has_a_rate_for_each_method_and_step() {
-    let directory = tempfile::tempdir().unwrap();
-    let words = ["fig9", "--quick", "--repeats", "1", "--scenes", "low_lobes", "--steps", "0.02,0.01"];
-    let printed = run(&words, directory.path());
-    assert!(printed.contains("wedges gain"), "{printed}");
-    let rows = rows(&directory.path().join("fig9.csv"));
-    assert_eq!(rows.len(), 6);
-    assert!(rows.iter().all(|row| row["frames_per_s"].parse::<f64>().unwrap() > 0.0));
-    assert!(is_chart(&directory.path().join("fig9_low_lobes.svg"), &["wedges", "tetrahedra", "planet radius"]));
 }
 
 #[test]

@@ -4,15 +4,11 @@ use super::*;
 use crate::boundary::tests::{config, loud, message};
 use crate::frames::{icoray_execute, icoray_wait, icoray_wants};
 use crate::handle::{icoray_ctx, with};
-use crate::inputs::{icoray_layers_set, icoray_scene_load, icoray_scene_text};
-use crate::types::{ICORAY_LOG_WARN, icoray_config, icoray_log_fn};
+use crate::inputs::{icoray_scene_load, icoray_scene_text};
 use icoray_core::ranks::on_local_nodes;
 use icoray_status::*;
-use std::ffi::{CStr, CString, c_char, c_void};
+use std::ffi::{CStr, CString};
 use std::ptr;
-use std::sync::Barrier;
-use std::thread::{scope, sleep};
-use std::time::Duration;
 
 const SCENE: &CStr = c"field = 'f'
 every = 2
@@ -60,18 +56,16 @@ impl Model {
     }
 }
 
-/// What two ranks make of a model.
-fn on_two<R: Send>(log: icoray_log_fn, model: impl Fn(&Model) -> R + Sync) -> [R; 2] {
+/// Runs a model on two ranks.
+fn on_two(model: impl Fn(&Model) + Sync) {
     loud();
-    let each = on_local_nodes(&[0; 2], |team| {
-        let config = icoray_config { log, log_level: ICORAY_LOG_WARN, ..config() };
+    on_local_nodes(&[0; 2], |team| {
         let ranks = Ranks::new(team);
-        let mut context = Context::new(&config, "", &ranks, 1).unwrap();
+        let mut context = Context::new(&config(), "", &ranks, 1).unwrap();
         let rank = ranks.rank();
         context.join(ranks).unwrap();
-        model(&Model { rank, ctx: Box::new(icoray_ctx::new(context)) })
+        model(&Model { rank, ctx: Box::new(icoray_ctx::new(context)) });
     });
-    each.try_into().ok().unwrap()
 }
 
 #[test]
@@ -79,7 +73,7 @@ fn all_have_the_scene_of_rank_0_or_none() {
     let file = std::env::temp_dir().join(format!("icoray-scene-{}.toml", std::process::id()));
     std::fs::write(&file, SCENE.to_bytes()).unwrap();
     let path = CString::new(file.to_str().unwrap()).unwrap();
-    on_two(None, |model| {
+    on_two(|model| {
         let of = |root: &'static CStr, other| if model.rank == 0 { root } else { other };
         assert_eq!(model.wants(2), (ICORAY_OK, 0));
         assert_eq!(model.load(if model.rank == 0 { c"nowhere" } else { &path }), ICORAY_ERR_IO);
@@ -104,7 +98,7 @@ fn all_have_the_scene_of_rank_0_or_none() {
 #[test]
 fn a_bug_on_one_rank_changes_no_answer_before_an_agreement() {
     for odd in [0, 1] {
-        on_two(None, |model| {
+        on_two(|model| {
             assert_eq!(model.set_scene(Some(SCENE)), ICORAY_OK);
             if model.rank == odd {
                 // SAFETY: an open context.
@@ -119,34 +113,4 @@ fn a_bug_on_one_rank_changes_no_answer_before_an_agreement() {
             assert_eq!(model.wait(), ICORAY_ERR_INTERNAL);
         });
     }
-}
-
-/// Says that it is inside a call and stays there for a while.
-unsafe extern "C" fn stay(_user: *mut c_void, _level: i32, _line: *const c_char) {
-    INSIDE.wait();
-    sleep(Duration::from_millis(50));
-}
-
-static INSIDE: Barrier = Barrier::new(2);
-
-#[test]
-fn calls_of_all_ranks_wait_for_another_thread() {
-    on_two(Some(stay), |model| {
-        assert_eq!(model.set_scene(Some(SCENE)), ICORAY_OK);
-        let meets = |call: &dyn Fn()| {
-            if model.rank == 0 {
-                return call();
-            }
-            let ctx = &*model.ctx;
-            scope(|threads| {
-                // SAFETY: an open context and NULL, which is refused and logged.
-                threads.spawn(|| unsafe { icoray_layers_set(ptr::from_ref(ctx).cast_mut(), ptr::null()) });
-                INSIDE.wait();
-                call();
-            });
-        };
-        meets(&|| assert_eq!(model.wants(2), (ICORAY_OK, 1)));
-        meets(&|| assert_eq!(model.set_scene(Some(SCENE)), ICORAY_OK));
-        meets(&|| assert_eq!(model.wait(), ICORAY_OK));
-    });
 }

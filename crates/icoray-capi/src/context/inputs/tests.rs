@@ -2,7 +2,7 @@
 
 use super::super::test_array::centers;
 use super::*;
-use crate::types::{ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32};
+use crate::types::{ICORAY_CORNER, ICORAY_F32};
 use icoray_core::{Derivation, How, IcosahedralMesh, Renderer, Script, Volume};
 use std::ffi::CString;
 
@@ -61,11 +61,6 @@ impl Model {
         self.inputs.fields.insert(name.into(), given);
     }
 
-    fn set_heights(&mut self, array: icoray_array) {
-        let given = ArrayInput::new(&array, icoray_array::NAME, false).unwrap();
-        self.inputs.heights = Some(given);
-    }
-
     fn frame_inputs(&self, scene: Scene) -> Outcome<FrameInputs<'_>> {
         self.inputs.frame_inputs(Shot { name: String::new(), scene }, &Stamp::default())
     }
@@ -87,12 +82,6 @@ fn scene(others: &[&str]) -> Scene {
     };
     let others: Vec<Volume> = others.iter().map(volume).collect();
     scene.volumes.extend(others);
-    scene
-}
-
-fn native(others: &[&str]) -> Scene {
-    let mut scene = scene(others);
-    scene.scenery.heights = Heights::Native;
     scene
 }
 
@@ -123,20 +112,6 @@ fn a_scene_is_given_its_fields_in_place_and_no_others() {
         frame_inputs.setup.descriptions,
         ["q", "t", "speed"].map(|name| (name.to_owned(), described(name))).into()
     );
-}
-
-#[test]
-fn a_missing_field_is_named_with_all_that_are_needed() {
-    let model = Model::new();
-    let (status, message) = model.refused(&scene(&["t", "w"]));
-    assert_eq!(status, icoray_status::ICORAY_ERR_FIELD);
-    let expected = "the scene's field \"w\" was not given by icoray_field_set; the scene needs [\"q\", \"t\", \"w\"], \
-                    given: [\"q\", \"t\"]";
-    assert_eq!(message, expected);
-    let mut plain = scene(&[]);
-    plain.volumes[0].field = "w".into();
-    let expected = "the scene's field \"w\" was not given by icoray_field_set; given: [\"q\", \"t\"]";
-    assert_eq!(model.refused(&plain), (icoray_status::ICORAY_ERR_FIELD, expected.into()));
 }
 
 #[test]
@@ -187,60 +162,16 @@ fn fields_of_one_scene_are_over_one_grid_and_its_layers() {
     assert_eq!(model.refused(&scene(&["r"])), fit("layers"));
     // Other scenes have nothing to do with it.
     model.frame_inputs(scene(&["t"])).unwrap();
-    let mut scene = scene(&[]);
-    scene.volumes[0].field = "r".into();
-    model.frame_inputs(scene).unwrap();
-}
-
-#[test]
-fn heights_are_for_scenes_that_ask_for_them() {
-    let mut model = Model::new();
-    let lost = "heights: the scene has heights = \"native\", and none were given by icoray_heights_set";
-    assert_eq!(model.refused(&native(&["t"])), (icoray_status::ICORAY_ERR_FIELD, lost.into()));
-    model.set_heights(centers(&model.heights, LAYERS));
-    let frame_inputs = model.frame_inputs(native(&["t"])).unwrap();
-    let heights = *frame_inputs.fields.heights().expect("heights");
-    assert_eq!((heights.value(3, 1), heights.shape().columns), (500.0, model.heights.len() / LAYERS));
-    assert!(model.frame_inputs(scene(&["t"])).unwrap().fields.heights().is_none());
-}
-
-#[test]
-fn heights_that_do_not_fit_are_refused() {
-    let mut model = Model::new();
-    let good = centers(&model.heights, LAYERS);
-    let (layers, cells) = (LAYERS as i64, good.columns);
-    for (columns, layers) in [(cells - 1, layers), (cells, layers - 1), (1, 1)] {
-        model.set_heights(icoray_array { columns, layers, ..good });
-        let message = format!(
-            "heights: {columns} columns of {layers} layers, expected {cells} of {LAYERS}, as many as icoray_layers has"
-        );
-        assert_eq!(model.refused(&native(&[])), (icoray_status::ICORAY_ERR_LAYERS, message));
-        model.frame_inputs(scene(&[])).unwrap();
-    }
-    let corners = (model.t.len() / LAYERS) as i64;
-    let (at_corners, status) = (vec![500.0; model.t.len()], icoray_status::ICORAY_ERR_LAYERS);
-    let at_corners = icoray_array { location: ICORAY_CORNER, ..centers(&at_corners, LAYERS) };
-    model.set_heights(icoray_array { location: ICORAY_CENTER, ..at_corners });
-    let message = format!(
-        "heights: {corners} columns of {LAYERS} layers, expected {cells} of {LAYERS}, as many as icoray_layers has \
-         ({corners} columns are the grid's corners: set location = ICORAY_CORNER)"
-    );
-    assert_eq!(model.refused(&native(&[])), (status, message));
-    model.set_heights(icoray_array { columns: corners - 1, ..at_corners });
-    let message = format!(
-        "heights: {} columns of {LAYERS} layers, expected {corners} of {LAYERS}, as many as icoray_layers has",
-        corners - 1
-    );
-    assert_eq!(model.refused(&native(&[])), (status, message));
-    model.set_heights(at_corners);
-    let frame_inputs = model.frame_inputs(native(&[])).unwrap();
-    assert_eq!(frame_inputs.fields.heights().map(Field::location), Some(Location::Corner));
-    let other = CString::new("other").unwrap();
-    model.set_heights(icoray_array { grid_name: other.as_ptr(), ..good });
+    let mut other_scene = scene(&[]);
+    other_scene.volumes[0].field = "r".into();
+    model.frame_inputs(other_scene).unwrap();
+    model.inputs.heights =
+        Some(ArrayInput::new(&icoray_array { grid_name: other.as_ptr(), ..q }, "heights", false).unwrap());
+    model.frame_inputs(scene(&[])).unwrap();
+    let mut native = scene(&[]);
+    native.scenery.heights = Heights::Native;
     let message = "heights: grid \"other\", expected \"\" as of field \"q\" in the same scene";
-    assert_eq!(model.refused(&native(&[])), (icoray_status::ICORAY_ERR_FIELD, message.into()));
-    model.set_heights(good);
-    model.frame_inputs(native(&[])).unwrap();
+    assert_eq!(model.refused(&native), (icoray_status::ICORAY_ERR_FIELD, message.into()));
 }
 
 #[test]
