@@ -70,12 +70,6 @@ impl Cells<'_> {
     }
 }
 
-/// Offset of a column's heights, see [`Heights::bases`].
-type Base = isize;
-
-/// No column of the array: its layers lie at mean heights.
-const NOWHERE: Base = Base::MIN;
-
 impl<'f> Heights<'f> {
     /// Checks `heights`, in metres above the planet's surface: one column for each cell `of` the grid, as many layers
     /// as `layers`. The field has `field_layers` layers, which lie on those of `heights` or midway between them.
@@ -152,50 +146,32 @@ impl<'f> Heights<'f> {
         self.elements.base(cell as usize)
     }
 
-    /// Offsets of the columns of three cells, for [`Self::radii_at`]. Cells that the grid does not have, such as those
-    /// of void triangles, have mean heights.
-    #[inline(always)]
-    pub fn bases(&self, cells: [u32; 3]) -> [Base; 3] {
-        cells.map_inline(|cell| self.base_or_nowhere(cell))
-    }
-
-    #[inline(always)]
-    fn base_or_nowhere(&self, cell: u32) -> Base {
-        let cell = cell as usize;
-        if cell < self.columns { self.elements.base(cell) } else { NOWHERE }
-    }
-
-    /// Radii of the field's `layer` over three columns, in planet radii, stretched.
-    #[inline(always)]
-    pub fn radii_at(&self, bases: [Base; 3], layer: usize) -> [f64; 3] {
-        bases.map_inline(|base| self.radius_at(base, layer))
-    }
-
-    /// [`Self::radii_at`] of three cells.
+    /// [`Self::radius`] over three cells.
     #[inline]
     pub fn radii(&self, cells: [u32; 3], layer: usize) -> [f64; 3] {
-        self.radii_at(self.bases(cells), layer)
+        cells.map_inline(|cell| self.radius(cell, layer))
     }
 
-    /// The radius of the field's `layer` over a cell, in planet radii, stretched.
-    #[inline]
+    /// The radius of the field's `layer` over a cell, in planet radii, stretched. Cells that the grid does not have, such
+    /// as those of void triangles, have mean heights.
+    #[inline(always)]
     pub fn radius(&self, cell: u32, layer: usize) -> f64 {
-        self.radius_at(self.base_or_nowhere(cell), layer)
+        let cell = cell as usize;
+        if cell < self.columns { self.radius_at(self.elements.base(cell), layer) } else { self.mean[layer] }
     }
 
     #[inline(always)]
-    fn radius_at(&self, base: Base, layer: usize) -> f64 {
-        let height = match (base, self.is_midway) {
-            (NOWHERE, _) => f64::NAN,
-            (base, false) => self.height(base, layer),
-            (base, true) => 0.5 * (self.height(base, layer) + self.height(base, layer + 1)),
+    fn radius_at(&self, base: isize, layer: usize) -> f64 {
+        let height = match self.is_midway {
+            false => self.height(base, layer),
+            true => 0.5 * (self.height(base, layer) + self.height(base, layer + 1)),
         };
         if height.is_nan() { self.mean[layer] } else { self.stretched(height) }
     }
 
     /// Height in metres of a layer that has one; NaN if it is missing.
     #[inline(always)]
-    fn height(&self, base: Base, layer: usize) -> f64 {
+    fn height(&self, base: isize, layer: usize) -> f64 {
         let height = self.samples.get(self.elements.at(base, layer));
         if Some(height) == self.fill || !height.is_finite() { f64::NAN } else { height }
     }

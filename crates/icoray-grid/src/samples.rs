@@ -6,7 +6,7 @@ use crate::sample::Sample;
 use crate::shape::ElementIndexer;
 
 mod clear;
-pub use clear::{Outside, SearchedSample, Stored};
+pub use clear::{Outside, Stored};
 
 /// The layout of a field's array, and the normalisation of its values: `(value - shift) * scale`.
 #[derive(Debug, Clone, Copy)]

@@ -118,8 +118,8 @@ mod tests {
     use super::*;
     use crate::field::{Field, Location};
     use crate::grid::icosahedral_grid;
+    use crate::heights::Cells;
     use crate::layers::Layers;
-    use crate::shape::Shape;
 
     /// Between flat facets a field that is linear in space is exact at every vertex, for any heights of layers.
     #[test]
@@ -132,20 +132,12 @@ mod tests {
         let slope = DVec3::new(0.3, -1.1, 0.7);
         let place = |cell: usize, layer: usize| (1.0 + height(cell, layer)) * grid.direction(cell as u32);
         let values: Vec<f64> = all().map(|(cell, layer)| slope.dot(place(cell, layer))).collect();
-        let shape = Shape::level_fastest(grid.cells(), LAYERS);
-        let field = |data: &'static [f64]| Field::new(data.into(), shape, Location::Center, None).unwrap();
+        let [heights, field] =
+            [&heights, &values].map(|data| Field::level_fastest(data, LAYERS, Location::Center).unwrap());
         let layers = Layers::from_heights(&[0.0, 0.1, 0.2, 0.3], 1.0).unwrap();
-        let heights = field(heights.leak());
-        let values: &'static [f64] = values.leak();
-        let heights = Heights::new(
-            &heights,
-            &layers,
-            crate::heights::Cells { count: grid.cells(), first: 0, numbers: &[] },
-            LAYERS,
-            1.0,
-        )
-        .unwrap();
-        let samples = Samples::new(values, &field(values), false, [0.0, 1.0]);
+        let cells = Cells { count: grid.cells(), first: 0, numbers: &[] };
+        let heights = Heights::new(&heights, &layers, cells, LAYERS, 1.0).unwrap();
+        let samples = Samples::new(&values, &field, false, [0.0, 1.0]);
         let found = gradients(&grid, &heights, &samples, Gradients::none()).unwrap();
         for i in 0..grid.cells() * LAYERS {
             let error = DVec3::from_array(found.at(i).map(f64::from)) - slope;

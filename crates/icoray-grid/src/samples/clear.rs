@@ -25,27 +25,8 @@ pub struct Outside<'o, S> {
     pub found: &'o mut [u32],
 }
 
-/// A type of samples whose clear layers are found. As a function of the type the search is compiled in this crate, and
-/// not again, with other optimisations, in crates that use fields.
-pub trait SearchedSample: Sample {
-    /// Finds the values outside of ranges.
-    fn find_outside(samples: &Samples<Self>, outside: Outside<Self>);
-}
-
-impl SearchedSample for f32 {
-    fn find_outside(samples: &Samples<Self>, outside: Outside<Self>) {
-        samples.find(outside);
-    }
-}
-
-impl SearchedSample for f64 {
-    fn find_outside(samples: &Samples<Self>, outside: Outside<Self>) {
-        samples.find(outside);
-    }
-}
-
 impl<S: Sample> Samples<'_, S> {
-    fn find(&self, Outside { level, ranges, bits, first, found }: Outside<S>) {
+    pub(crate) fn find(&self, Outside { level, ranges, bits, first, found }: Outside<S>) {
         match *ranges {
             [a] => dispatch!(level, simd => self.outside_of(simd, &[a], bits, first, found.as_chunks_mut().0)),
             [a, b] => dispatch!(level, simd => self.outside_of(simd, &[a, b], bits, first, found.as_chunks_mut().0)),
@@ -216,7 +197,7 @@ mod tests {
         [vec![level, cell, padded, apart, turned, backwards], blocks.to_vec()].concat()
     }
 
-    fn check<S: SearchedSample>(values: &[S], reals: Reals, layers: usize, fill: Option<f64>) {
+    fn check<S: Sample>(values: &[S], reals: Reals, layers: usize, fill: Option<f64>) {
         let bits: Vec<u32> = (0..layers).map(|l| 1 << (l / 2) | 1 << (l / 3)).collect();
         for (shape, falling) in shapes(layers).into_iter().flat_map(|shape| [(shape, false), (shape, true)]) {
             let field = Field::new(reals, shape, Location::Center, fill).unwrap();
@@ -225,7 +206,7 @@ mod tests {
             let stored = ranges.map(|range| samples.stored(range).unwrap());
             let mut found = vec![9; 2 * (COLUMNS - 7)];
             let level = Level::new();
-            S::find_outside(&samples, Outside { level, ranges: &stored, bits: &bits, first: 7, found: &mut found });
+            samples.find(Outside { level, ranges: &stored, bits: &bits, first: 7, found: &mut found });
             for (column, &found) in (7..).zip(found.as_chunks().0) {
                 let expected = ranges.map(|[low, high]| {
                     let base = samples.base(column as u32);
