@@ -208,7 +208,10 @@ fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
     expect_sections(source, &raw.lines, "lines")?;
     expect_sections(source, &raw.clip, "clip")?;
     expect_sections(source, &raw.derive, "derive")?;
-    let core = source.color_or_none(raw.core.as_ref(), "core", Some([0.0225, 0.0225, 0.0225]))?;
+    let color = |raw: &Option<Spanned<String>>, key, default: [f64; 3]| {
+        raw.as_ref().map_or(Ok(Some(default)), |raw| source.color_or_word(raw, key))
+    };
+    let core = color(&raw.core, "core", [0.0225; 3])?;
     let mut volumes = volume::volumes(*source, &raw)?;
     let scenery = scenery(*source, &raw, core.is_some())?;
     if volumes.is_empty() {
@@ -218,7 +221,7 @@ fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
         every: source.count(raw.every.as_ref(), "every")?,
         width: source.count(raw.image.as_ref().and_then(|i| i.width.as_ref()), "image.width")?,
         height: source.count(raw.image.as_ref().and_then(|i| i.height.as_ref()), "image.height")?,
-        background: source.color_or_none(raw.background.as_ref(), "background", Some([0.0; 3]))?,
+        background: color(&raw.background, "background", [0.0; 3])?,
         exaggeration: source.number(raw.exaggeration.as_ref(), "exaggeration")?,
         core,
         camera: camera::camera(source, raw.camera.as_ref())?,

@@ -33,9 +33,9 @@ use icoray_grid::{Error, ErrorKind, Result};
 /// `output.concat`), and what a running model is asked for (`async_render`, `[live]`).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Script {
-    views: Vec<View>,
-    live: Option<Live>,
-    is_async: bool,
+    pub(crate) views: Vec<View>,
+    pub(crate) live: Option<Live>,
+    pub(crate) is_async: bool,
 }
 
 /// `[live]`: a page, served by the model's first rank, that shows its pictures and changes the script.
@@ -75,17 +75,9 @@ pub struct Shot {
 }
 
 impl Script {
-    pub(crate) fn new(views: Vec<View>, live: Option<Live>) -> Self {
-        Script { views, live, is_async: false }
-    }
-
     /// The page that a running model is asked for.
     pub fn live(&self) -> Option<Live> {
         self.live
-    }
-
-    pub(crate) fn rendered_in_background(self, is_async: bool) -> Self {
-        Script { is_async, ..self }
     }
 
     /// Whether a running model is to render in the background (`async_render`).
@@ -188,21 +180,18 @@ fn each_once(names: impl Iterator<Item = String>) -> Vec<String> {
 impl From<Scene> for Script {
     /// A script of one view, due at multiples of [`Scene::every`].
     fn from(scene: Scene) -> Self {
-        let schedule = Schedule { every: Some(scene.every), ..Schedule::default() };
-        Script::new(
-            vec![View {
-                name: None,
-                scene,
-                schedule,
-                conditions: Vec::new(),
-                motion: Motion::Still,
-                sweep: Sweep::default(),
-                cinema: None,
-                concat: None,
-                has_file: true,
-            }],
-            None,
-        )
+        let view = View {
+            name: None,
+            schedule: Schedule { every: Some(scene.every), ..Schedule::default() },
+            scene,
+            conditions: Vec::new(),
+            motion: Motion::Still,
+            sweep: Sweep::default(),
+            cinema: None,
+            concat: None,
+            has_file: true,
+        };
+        Script { views: vec![view], live: None, is_async: false }
     }
 }
 

@@ -171,9 +171,10 @@ fn position_error(t: &GridTables, table: &str, at: &LonLat, i: usize) -> Option<
     })
 }
 
-/// Checks the cell centres and returns their unit vectors.
+/// Checks the coordinates of cells and corners and returns the cells' unit vectors.
 pub(super) fn directions(t: &GridTables) -> Result<Vec<[f64; 3]>> {
     first_error(t.cells(), |i| position_error(t, "center", &t.center, i))?;
+    first_error(t.corners(), |i| position_error(t, "corner", &t.corner, i))?;
     let mut directions = memory::room_for("directions of the cells", t.cells())?;
     let rows = (0..t.cells()).into_par_iter().with_min_len(4096);
     let at = |i: usize| unit_vector(t.center.lon_rad.get(i), t.center.lat_rad.get(i)).to_array();
@@ -185,11 +186,6 @@ pub(super) fn directions(t: &GridTables) -> Result<Vec<[f64; 3]>> {
 pub fn unit_vector(lon_rad: f64, lat_rad: f64) -> DVec3 {
     let ((sin_lon, cos_lon), (sin_lat, cos_lat)) = (lon_rad.sin_cos(), lat_rad.sin_cos());
     DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat).normalize()
-}
-
-/// Checks the corners' coordinates.
-pub(super) fn corner_positions(t: &GridTables) -> Result<()> {
-    first_error(t.corners(), |i| position_error(t, "corner", &t.corner, i))
 }
 
 /// Every index names an existing row, or a missing one if the mesh may have holes.

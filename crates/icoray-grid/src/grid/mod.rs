@@ -111,7 +111,6 @@ impl<'a> Grid<'a> {
     fn of_sized(tables: GridTables<'a>) -> Result<Self> {
         let has_hole = check::has_hole(&tables)?;
         let mut direction = check::directions(&tables)?;
-        check::corner_positions(&tables)?;
         check::indices(&tables, has_hole)?;
         let orientations = check::triangles(&tables, &direction, has_hole)?;
         check::folds(&tables, &orientations)?;

@@ -46,7 +46,8 @@ impl<S: Sample> Samples<'_, S> {
         first: usize,
         cells: &mut [[u32; R]],
     ) {
-        let tests = ranges.map(|range| ClearTest { range, fill: self.fill_beside(range) });
+        // Without a mark of missing values, a number outside the range.
+        let tests = ranges.map(|range| ClearTest { range, fill: self.fill().unwrap_or(range[0].next_down()) });
         let stride = self.reading.elements.layer_stride();
         if stride.unsigned_abs() == 1 {
             // In the array's own order.
@@ -91,12 +92,6 @@ impl<S: Sample> Samples<'_, S> {
         let base = self.reading.elements.base(first);
         let apart = |i: &usize| self.reading.elements.base(first + i) != base + *i as isize;
         (base, (1..max).find(apart).unwrap_or(max))
-    }
-
-    /// The array's mark of missing values, or a number outside the range if it has none.
-    #[inline]
-    fn fill_beside(&self, [low, _]: Stored<S>) -> S {
-        S::exact(self.reading.fill).filter(|_| self.reading.has_fill).unwrap_or(low.next_down())
     }
 
     /// The values whose normalised values lie inside `range`, ends excluded; `None` if there are none.

@@ -106,7 +106,7 @@ fn path(source: &Text, camera: &mut DeTable, span: Range<usize>) -> Result<Path>
         None => Clock::Step,
     });
     let keys = raw.iter().map(|raw| key(source, raw, clock, &defaults)).collect::<Result<Vec<PathKey>>>()?;
-    Path::check(&keys).map_err(|PathError { key, message }| {
+    let path = Path::new(clock, keys).map_err(|PathError { key, message }| {
         let span = raw.get(key).map_or(span, Spanned::span);
         source.bad(span, KEY, message)
     })?;
@@ -119,7 +119,7 @@ fn path(source: &Text, camera: &mut DeTable, span: Range<usize>) -> Result<Path>
         });
         camera.extend(of_place);
     }
-    Ok(Path::new(clock, keys))
+    Ok(path)
 }
 
 fn key(source: &Text, raw: &Spanned<RawKey>, clock: Clock, defaults: &KeyDefaults) -> Result<PathKey> {
