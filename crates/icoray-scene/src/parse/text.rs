@@ -19,7 +19,7 @@ const NOTHING: [&str; 8] = ["none", "no", "off", "null", "nothing", "clear", "em
 #[derive(Clone, Copy)]
 pub(super) struct Text<'t> {
     text: &'t str,
-    /// Prefix of keys in messages, such as `volumes.`
+    /// The section of keys, such as `volumes`; empty at the top.
     section: &'static str,
     /// Whether a program composed the text: messages name keys, not lines.
     is_composed: bool,
@@ -79,7 +79,7 @@ impl<'t> Text<'t> {
         Text { is_composed: true, ..Self::new(text) }
     }
 
-    /// The same where keys are those of a section, whose name ends in a dot.
+    /// The same where keys are those of a section.
     pub fn within(self, section: &'static str) -> Self {
         Text { section, ..self }
     }
@@ -108,10 +108,13 @@ impl<'t> Text<'t> {
         1 + self.text[..span.start.min(self.text.len())].bytes().filter(|b| *b == b'\n').count()
     }
 
+    /// The path of a key; with an empty one, that of the section.
+    fn path(&self, key: &str) -> String {
+        format!("{}.{key}", self.section).trim_matches('.').to_owned()
+    }
+
     pub fn bad(&self, span: Range<usize>, key: &str, what: impl Display) -> Error {
-        // An error of a whole section names that.
-        let key = format!("{}{key}", self.section);
-        let key = key.trim_end_matches('.');
+        let key = self.path(key);
         let line = if self.is_composed { String::new() } else { format!("line {}, ", self.line(&span)) };
         Error::new(ErrorKind::Scene, format!("{line}key {key}: {what}"))
     }
@@ -121,7 +124,7 @@ impl<'t> Text<'t> {
     /// # Panics
     /// If the schema has no such key.
     pub fn schema(&self, key: &str) -> &'static Key {
-        let path = format!("{}{key}", self.section);
+        let path = self.path(key);
         keys::find(&path).unwrap_or_else(|| panic!("{path} is not in the schema"))
     }
 

@@ -128,18 +128,6 @@ fn is_relative(source: &Text, raw: &RawTransfer, range: ColorRange) -> Result<bo
 
 /// Two numbers, or what of the data they come from.
 fn range(source: &Text, raw: &Spanned<Value>, scale: Scale) -> Result<ColorRange> {
-    let range = any_range(source, raw)?;
-    match range {
-        ColorRange::Fixed(ends) if scale == Scale::Log && ends[0] <= 0.0 => {
-            let ends = numbers::list(&ends);
-            let what = format!("{ends}, expected two positive numbers on a log scale, the lower first");
-            Err(source.bad(raw.span(), "transfer.range", what))
-        }
-        _ => Ok(range),
-    }
-}
-
-fn any_range(source: &Text, raw: &Spanned<Value>) -> Result<ColorRange> {
     let key = "transfer.range";
     let bad = |what: String| source.bad(raw.span(), key, what);
     let Value::Table(table) = raw.get_ref() else {
@@ -148,6 +136,10 @@ fn any_range(source: &Text, raw: &Spanned<Value>) -> Result<ColorRange> {
         let ends = ends.ok_or_else(|| bad(format!("{}, {wish}", shown(raw.get_ref()))))?;
         for end in ends {
             source.in_magnitudes(end, raw.span(), key, &ALONE)?;
+        }
+        if scale == Scale::Log && ends[0] <= 0.0 {
+            let wish = "expected two positive numbers on a log scale, the lower first";
+            return Err(bad(format!("{}, {wish}", numbers::list(&ends))));
         }
         return Ok(ColorRange::Fixed(ends));
     };

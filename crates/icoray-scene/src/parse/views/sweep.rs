@@ -122,7 +122,7 @@ fn axis(source: &Text, name: &str, list: Spanned<DeValue>) -> Result<Axis> {
 /// The camera's place as the scene gives it.
 fn place(source: &Text, root: &mut DeTable) -> Result<CameraPlace> {
     let mut camera = section(root, "camera").map_or_else(DeTable::new, |camera| camera.clone());
-    let source = &source.within("camera.");
+    let source = &source.within("camera");
     let mut raw = |key: &str| take::<f64>(source, &mut camera, key);
     let fov_deg = source.number(raw("fov")?.as_ref(), "fov")?;
     let distance = distance(source, raw("distance")?.as_ref(), raw("altitude")?.as_ref())?;
