@@ -18,7 +18,7 @@ pub(crate) use sweep::{Axis, CameraPlace, Sweep};
 
 use crate::Heights;
 use crate::name::{Cinema, Concat, NameTemplate, Series, Stamp};
-use crate::scene::Scene;
+use crate::scene::{Scene, each_once};
 use crate::template::Template;
 use icoray_grid::{Error, ErrorKind, Result};
 
@@ -164,17 +164,6 @@ impl Script {
         };
         each_once(self.views.iter().flat_map(of_view))
     }
-}
-
-/// The names, each once.
-fn each_once(names: impl Iterator<Item = String>) -> Vec<String> {
-    let mut once = Vec::new();
-    for name in names {
-        if !once.contains(&name) {
-            once.push(name);
-        }
-    }
-    once
 }
 
 impl From<Scene> for Script {

@@ -93,11 +93,7 @@ fn opacity(source: &Text, raw: &Spanned<RawOpacity>, field: &str) -> Result<Opac
 
 /// The volume of a scene that shows none: of the scene's field or the first that is shown, transparent.
 pub(super) fn none(source: &Text, raw: &RawScene, scenery: &Scenery) -> Result<Volume> {
-    let mut field = source.name_or_first(raw.field.as_ref(), "field")?;
-    scenery.shown_fields(&mut |shown| {
-        if field.is_empty() {
-            shown.clone_into(&mut field);
-        }
-    });
-    Ok(Volume::clear(field))
+    let named = raw.field.as_ref().map(|field| source.name(field, "field")).transpose()?;
+    let first_shown = || scenery.shown_fields().find(|field| !field.is_empty()).map(str::to_owned);
+    Ok(Volume::clear(named.or_else(first_shown).unwrap_or_default()))
 }
