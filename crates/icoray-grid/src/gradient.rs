@@ -279,7 +279,7 @@ impl<'a, S: Sample> ExactColumns<'a, S> {
             return;
         }
         let GradientInput { grid, radius, samples, .. } = *self.input;
-        let new = || (Ring::default(), NeighborColumns::new(radius, samples.scale()));
+        let new = || (Ring::default(), NeighborColumns::new(radius, samples.mapping.scale));
         let (ring, columns) = self.memory.get_or_insert_with(new);
         ring.read(grid, cell);
         columns.read(samples, cell, &ring.neighbours, &wanted);

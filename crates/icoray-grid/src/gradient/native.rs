@@ -84,7 +84,7 @@ impl<S: Sample> NeighborColumns<'_, S> {
     fn radial(&self, layer: usize) -> Option<f64> {
         let slope = |low: usize, high: usize| {
             let thickness = self.heights.radius(self.cell, high) - self.heights.radius(self.cell, low);
-            (self.value(self.cell, high) - self.value(self.cell, low)) * self.samples.scale() / thickness
+            (self.value(self.cell, high) - self.value(self.cell, low)) * self.samples.mapping.scale / thickness
         };
         let below = layer.checked_sub(1).map(|below| slope(below, layer));
         let above = (layer + 1 < self.heights.layers()).then(|| slope(layer, layer + 1));
@@ -101,7 +101,8 @@ impl<S: Sample> NeighborColumns<'_, S> {
         let (mut sum, mut count) = (DVec3::ZERO, 0);
         for others in fans {
             let [b, c] = others.map_inline(|other| place(other) - own);
-            let [to_b, to_c] = others.map_inline(|other| (self.value(other, layer) - value) * self.samples.scale());
+            let [to_b, to_c] =
+                others.map_inline(|other| (self.value(other, layer) - value) * self.samples.mapping.scale);
             let volume = a.dot(b.cross(c));
             let gradient = (radial * b.cross(c) + to_b * c.cross(a) + to_c * a.cross(b)) / volume;
             if gradient.is_finite() {

@@ -47,15 +47,15 @@ impl<S: Sample> Samples<'_, S> {
         cells: &mut [[u32; R]],
     ) {
         // Without a mark of missing values, a number outside the range.
-        let tests = ranges.map(|range| ClearTest { range, fill: self.fill().unwrap_or(range[0].next_down()) });
-        let stride = self.reading.elements.layer_stride();
+        let tests = ranges.map(|range| ClearTest { range, fill: self.mapping.fill().unwrap_or(range[0].next_down()) });
+        let stride = self.mapping.elements.layer_stride();
         if stride.unsigned_abs() == 1 {
             // In the array's own order.
             let turned: Vec<u32> = bits.iter().rev().copied().collect();
             let bits = if stride > 0 { bits } else { &turned };
             for (i, cell) in cells.iter_mut().enumerate() {
-                let base = self.reading.elements.base(first + i);
-                let start = self.reading.elements.at(base, if stride > 0 { 0 } else { bits.len() - 1 });
+                let base = self.mapping.elements.base(first + i);
+                let start = self.mapping.elements.at(base, if stride > 0 { 0 } else { bits.len() - 1 });
                 let column = &self.data[start..start + bits.len()];
                 for (cell, test) in cell.iter_mut().zip(&tests) {
                     *cell = test.joined(simd, column, bits);
@@ -68,7 +68,7 @@ impl<S: Sample> Samples<'_, S> {
             let (base, count) = self.run(first + done, (cells.len() - done).min(SIDE));
             let mut all = [[0u32; SIDE]; R];
             for (layer, bit) in bits.iter().enumerate() {
-                let start = self.reading.elements.at(base, layer);
+                let start = self.mapping.elements.at(base, layer);
                 let values = &self.data[start..start + count];
                 for (all, test) in all.iter_mut().zip(&tests) {
                     for (all, value) in all.iter_mut().zip(values) {
@@ -89,8 +89,8 @@ impl<S: Sample> Samples<'_, S> {
     /// there.
     #[inline]
     fn run(&self, first: usize, max: usize) -> (isize, usize) {
-        let base = self.reading.elements.base(first);
-        let apart = |i: &usize| self.reading.elements.base(first + i) != base + *i as isize;
+        let base = self.mapping.elements.base(first);
+        let apart = |i: &usize| self.mapping.elements.base(first + i) != base + *i as isize;
         (base, (1..max).find(apart).unwrap_or(max))
     }
 
@@ -114,12 +114,12 @@ impl<S: Sample> Samples<'_, S> {
 
     #[inline]
     fn normalised(&self, value: S) -> f64 {
-        (value.wide() - self.reading.shift) * self.reading.scale
+        (value.wide() - self.mapping.shift) * self.mapping.scale
     }
 
     #[inline]
     fn raw(&self, normal: f64) -> S {
-        S::near(normal / self.reading.scale + self.reading.shift)
+        S::near(normal / self.mapping.scale + self.mapping.shift)
     }
 }
 

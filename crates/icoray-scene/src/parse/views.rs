@@ -123,7 +123,7 @@ fn unhinted(source: &Text) -> Result<Script> {
     let mut base = source.table()?;
     expect_keys(base.get_ref())?;
     let live = extras::live(source, base.get_mut())?;
-    let is_async = extras::async_render(source, base.get_mut())?;
+    let is_async = take::<bool>(source, base.get_mut(), "async_render")?.is_some_and(Spanned::into_inner);
     let script = |views: Vec<(View, Names)>| {
         expect_distinct(source, &views)?;
         Ok(Script { views: views.into_iter().map(|(view, _)| view).collect(), live, is_async })

@@ -89,11 +89,6 @@ pub fn live(source: &Text, root: &mut DeTable) -> Result<Option<Live>> {
     Ok(Some(Live { port: port.map(|port| port as u16), time_budget_ms }))
 }
 
-/// Whether a running model is to render in the background.
-pub fn async_render(source: &Text, root: &mut DeTable) -> Result<bool> {
-    Ok(take::<bool>(source, root, "async_render")?.is_some_and(Spanned::into_inner))
-}
-
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "expected a condition such as \"max(theta) > 300\", or a list of such")]
 enum RawConditions {
