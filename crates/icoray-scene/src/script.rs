@@ -96,7 +96,7 @@ impl Script {
     ///      camera = { lon = 0, lat = 45, distance = 3 }
     ///      transfer = { map = 'plasma', range = [300, 400], opacity = [[300, 0], [400, 0.9]] }",
     /// )?;
-    /// script.name_by_date()?;
+    /// script.name_by_date();
     /// let names = |date: Option<&str>| {
     ///     let stamp = Stamp { step: 5, date: date.map(String::from), ..Stamp::default() };
     ///     let shot = script.views()[0].shots(&stamp).next().unwrap();
@@ -106,14 +106,10 @@ impl Script {
     /// assert_eq!(names(None)?.file, "theta_000005.png");
     /// # Ok::<(), icoray_grid::Error>(())
     /// ```
-    ///
-    /// # Errors
-    /// None that a parsed script could have.
-    pub fn name_by_date(&mut self) -> Result<()> {
+    pub fn name_by_date(&mut self) {
         for view in self.views.iter_mut().filter(|view| !view.has_file) {
-            view.scene.output.file = view.default_file("{when}")?;
+            view.scene.output.file = view.default_file("{when}");
         }
-        Ok(())
     }
 
     /// The views, in the order of the file; at least one.
@@ -261,13 +257,13 @@ impl View {
     }
 
     /// The name of pictures that the file leaves to icoray, with a placeholder for the step.
-    pub(crate) fn default_file(&self, moment: &str) -> Result<NameTemplate> {
+    pub(crate) fn default_file(&self, moment: &str) -> NameTemplate {
         let view = self.name.iter().map(|_| "{view}".to_owned());
         let always = ["{field}".to_owned(), moment.to_owned()];
         let swept = self.sweep.axes.iter().map(|axis| axis.name()).filter(|name| *name != "field");
         let swept = swept.map(|name| format!("{name}{{{name}}}"));
         let words: Vec<String> = view.chain(always).chain(swept).collect();
-        NameTemplate::new(&format!("{}.png", words.join("_")))
+        NameTemplate::new(&format!("{}.png", words.join("_"))).expect("its words are placeholders of names")
     }
 
     /// Refuses placeholders that stand for nothing here, and names that two pictures of a step would share.

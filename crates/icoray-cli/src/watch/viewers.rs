@@ -113,6 +113,6 @@ impl Watch<'_> {
 /// A scene that a viewer has set.
 fn parsed(text: &str) -> Result<Script> {
     let mut script = Script::parse(text)?;
-    script.name_by_date()?;
+    script.name_by_date();
     Ok(script)
 }

@@ -171,7 +171,7 @@ fn view(source: &Text, name: Option<String>, mut table: Spanned<DeTable>) -> Res
     let has_file = names.has("output.file");
     let mut view = View { name, schedule, conditions, motion, sweep, cinema, concat, scene, has_file };
     if !has_file {
-        view.scene.output.file = view.default_file("{step:06}")?;
+        view.scene.output.file = view.default_file("{step:06}");
     }
     let output = &view.scene.output;
     for (key, template) in [

@@ -332,7 +332,7 @@ fn default_names_contain_the_date_if_requested() {
     )
     .replace("lat = 45.0\n", "");
     let mut script = parse(&text);
-    script.name_by_date().unwrap();
+    script.name_by_date();
     let name = |date: Option<&str>| {
         let stamp = Stamp { step: 3, date: date.map(String::from), ..Stamp::default() };
         let shots = script.views().iter().flat_map(|view| view.shots(&stamp));
