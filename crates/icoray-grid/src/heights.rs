@@ -3,6 +3,7 @@
 use crate::array::MapInline;
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::{Field, Location};
+use crate::grid::Grid;
 use crate::layers::Layers;
 use crate::reals::Reals;
 use crate::shape::ElementIndexer;
@@ -49,29 +50,8 @@ pub struct PlainHeights<'a> {
     pub missing: Option<(f64, &'a [f64])>,
 }
 
-/// The cells of a grid.
-#[derive(Debug, Clone, Copy)]
-pub struct Cells<'g> {
-    /// Number of cells.
-    pub count: usize,
-    /// The number of the first, in the grid's tables.
-    pub first: i32,
-    /// Numbers in the whole grid, if the model identifies cells by those; else empty.
-    pub numbers: &'g [i64],
-}
-
-impl Cells<'_> {
-    /// A cell's name in the model's numbering.
-    fn name(&self, cell: usize) -> String {
-        match self.numbers.get(cell) {
-            Some(number) => format!("cell {number} of the whole grid"),
-            None => format!("cell {} (counted from {})", cell as i64 + i64::from(self.first), self.first),
-        }
-    }
-}
-
 impl<'f> Heights<'f> {
-    /// Checks `heights`, in metres above the planet's surface: one column for each cell `of` the grid, as many layers
+    /// Checks `heights`, in metres above the planet's surface: one column for each cell of `grid`, as many layers
     /// as `layers`. The field has `field_layers` layers, which lie on those of `heights` or midway between them.
     /// `exaggeration` stretches heights, 1 leaves them as they are. Parallel.
     ///
@@ -82,11 +62,11 @@ impl<'f> Heights<'f> {
     pub fn new(
         heights: &Field<'f>,
         layers: &Layers,
-        of: Cells,
+        grid: &Grid,
         field_layers: usize,
         exaggeration: f64,
     ) -> Result<Self> {
-        let cells = of.count;
+        let cells = grid.cells();
         check_shape(heights, layers, cells, Location::Center)?;
         let mean = layers.for_field(field_layers)?.shell(exaggeration)?;
         let elements = heights.elements();
@@ -102,7 +82,7 @@ impl<'f> Heights<'f> {
             mean,
         };
         let columns = (0..cells).into_par_iter().with_min_len(256);
-        let checked = columns.map(|cell| this.check(cell, &of, layers)).reduce(
+        let checked = columns.map(|cell| this.check(cell, grid, layers)).reduce(
             || Ok(this.bounds),
             |a, b| {
                 let ([low, high], b) = (a?, b?);
@@ -182,10 +162,10 @@ impl<'f> Heights<'f> {
     }
 
     /// The radii at the ends of a column, or the error in its heights.
-    fn check(&self, cell: usize, of: &Cells, layers: &Layers) -> Result<[f64; 2]> {
+    fn check(&self, cell: usize, grid: &Grid, layers: &Layers) -> Result<[f64; 2]> {
         let (count, base) = (layers.count(), self.elements.base(cell));
         let height = |layer| self.height(base, layer);
-        if !check_column(layers, height, || of.name(cell))? {
+        if !check_column(layers, height, || grid.cell_name(cell))? {
             return Ok([self.mean[0], self.mean[self.mean.len() - 1]]);
         }
         let radius = [0, count - 1].map(|layer| self.stretched(height(layer)));
@@ -198,7 +178,7 @@ impl<'f> Heights<'f> {
                 self.stretch * planet_m * low,
                 self.stretch * planet_m * high
             );
-            return Err(bad_column(&of.name(cell), &message));
+            return Err(bad_column(&grid.cell_name(cell), &message));
         }
         Ok([0, self.layers() - 1].map(|layer| self.radius_at(base, layer)))
     }

@@ -119,7 +119,6 @@ mod tests {
     use super::*;
     use crate::field::{Field, Location};
     use crate::grid::icosahedral_grid;
-    use crate::heights::Cells;
     use crate::layers::Layers;
 
     /// Between flat facets a field that is linear in space is exact at every vertex, for any heights of layers.
@@ -136,8 +135,7 @@ mod tests {
         let [heights, field] =
             [&heights, &values].map(|data| Field::level_fastest(data, LAYERS, Location::Center).unwrap());
         let layers = Layers::from_heights(&[0.0, 0.1, 0.2, 0.3], 1.0).unwrap();
-        let cells = Cells { count: grid.cells(), first: 0, numbers: &[] };
-        let heights = Heights::new(&heights, &layers, cells, LAYERS, 1.0).unwrap();
+        let heights = Heights::new(&heights, &layers, &grid, LAYERS, 1.0).unwrap();
         let samples = Samples::new(&values, &field, false, [0.0, 1.0]);
         let found = gradients(&grid, &heights, &samples, Gradients::none()).unwrap();
         for i in 0..grid.cells() * LAYERS {

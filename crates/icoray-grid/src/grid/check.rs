@@ -439,13 +439,13 @@ pub(super) fn covers(
     let rows = (0..t.corners()).into_par_iter();
     let area = |r: usize| if orientations[r].is_triangle() { area_of(wound(t, orientations, r)) } else { 0.0 };
     let areas: Vec<f64> = rows.fold_chunks(4096, || 0.0, |sum, r| sum + area(r)).collect();
-    let void = hole_filling.void().iter().map(|void| area_of(void.cells.map(|cell| cell as usize)));
+    let void = hole_filling.void.iter().map(|void| area_of(void.cells.map(|cell| cell as usize)));
     let area: f64 = areas.into_iter().chain(void).sum();
     if (area / (4.0 * PI) - 1.0).abs() > COVER {
         return Err(Error::grid(format!(
             "corner_cell: the triangles' areas sum to {:.9} of the sphere{}, expected 1",
             area / (4.0 * PI),
-            if hole_filling.void().is_empty() { "" } else { " with those that fill the holes" }
+            if hole_filling.void.is_empty() { "" } else { " with those that fill the holes" }
         )));
     }
     Ok(())

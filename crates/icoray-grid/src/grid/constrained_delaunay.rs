@@ -50,7 +50,7 @@ pub(super) struct ConstrainedDelaunay {
     fixed: HashSet<(u32, u32)>,
     last: u32,
     /// Square of the distance within which a point counts as a vertex.
-    same_squared: f64,
+    pub same_squared: f64,
 }
 
 /// The index of a face's corner, `by` steps after corner `k`.
@@ -93,11 +93,6 @@ impl ConstrainedDelaunay {
         let beyond = |v: &[u32; 3]| [0, 1, 2].map(|k| sides[&(v[turn(k, 2)], v[turn(k, 1)])]);
         let faces = faces.iter().map(|v| Face { vertices: *v, beyond: beyond(v) }).collect();
         ConstrainedDelaunay { points, faces, around, fixed: HashSet::new(), last: 0, same_squared: 0.0 }
-    }
-
-    /// From now on, points within this distance of a vertex count as that vertex.
-    pub fn merge_within(&mut self, distance: f64) {
-        self.same_squared = distance * distance;
     }
 
     pub fn vertices(&self) -> usize {

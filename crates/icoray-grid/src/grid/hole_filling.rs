@@ -73,10 +73,6 @@ pub(super) struct HoleFilling<'a> {
 }
 
 impl HoleFilling<'_> {
-    pub fn void(&self) -> &[Void] {
-        &self.void
-    }
-
     /// The void triangle beyond the side of the data triangle that lies opposite its vertex `k`.
     ///
     /// # Panics

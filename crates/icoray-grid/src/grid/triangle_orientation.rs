@@ -29,11 +29,6 @@ impl TriangleOrientation {
         TriangleOrientation(Self::ABSENT)
     }
 
-    /// The byte itself.
-    pub fn bits(self) -> u8 {
-        self.0
-    }
-
     /// Whether the row's three cells all exist.
     #[inline]
     pub fn is_triangle(self) -> bool {
