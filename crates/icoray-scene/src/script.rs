@@ -14,7 +14,7 @@ pub use condition::{Condition, Statistic, Summary};
 pub(crate) use motion::{Clock, Motion, Orbit};
 pub(crate) use path::{Path, PathError, PathKey};
 pub(crate) use schedule::Schedule;
-pub(crate) use sweep::{Axis, CameraPlace, Sweep};
+pub(crate) use sweep::{Axis, Sweep};
 
 use crate::Heights;
 use crate::name::{Cinema, Concat, NameTemplate, Series, Stamp};
