@@ -181,7 +181,7 @@ impl Args {
             return Err(Error::new(ErrorKind::Scene, context));
         }
         self.overrides.apply(&mut script)?;
-        script.name_by_date()?;
+        script.name_by_date();
         Ok(Some(script))
     }
 

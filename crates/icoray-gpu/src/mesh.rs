@@ -63,7 +63,7 @@ impl DeviceMesh {
         let cells: Vec<[u32; 3]> = (0..all).into_par_iter().map(|triangle| grid.triangle(triangle)).collect();
         let across = |triangle: u32| [0, 1, 2].map(|k| grid.across(triangle, k));
         let beyond: Vec<[u32; 3]> = (0..all).into_par_iter().map(across).collect();
-        let mut orientations: Vec<u8> = grid.orientations().iter().map(|orientation| orientation.bits()).collect();
+        let mut orientations: Vec<u8> = bytemuck::cast_slice(grid.orientations()).to_vec();
         orientations.resize(orientations.len().next_multiple_of(4), 0);
         let buffers = [
             ctx.storage("directions of cells", &directions)?,

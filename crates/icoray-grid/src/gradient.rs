@@ -14,7 +14,7 @@ use crate::error::Result;
 use crate::grid::Grid;
 use crate::occupancy::OccupancyMask;
 use crate::sample::Sample;
-use crate::samples::{Samples, SearchedSample};
+use crate::samples::{Outside, Samples};
 use crate::vectors::packets;
 use crate::visible_cells::VisibleCells;
 use fearless_simd::{Simd, dispatch};
@@ -74,18 +74,29 @@ pub fn gradients<S: PreparedSample>(
 
 /// A type of samples that are prepared for rays. As functions of the type these passes are compiled in this crate, and
 /// not again, with other optimisations, in crates that use fields.
-pub trait PreparedSample: SearchedSample {
+pub trait PreparedSample: Sample {
+    /// Finds the layers with values outside of ranges.
+    fn find_outside(samples: &Samples<Self>, outside: Outside<Self>);
+
     /// Computes gradients.
     fn fill_gradients(input: &GradientInput<Self>, gradients: &mut Gradients, missing: Option<MissingCells>);
 }
 
 impl PreparedSample for f32 {
+    fn find_outside(samples: &Samples<Self>, outside: Outside<Self>) {
+        samples.find(outside);
+    }
+
     fn fill_gradients(input: &GradientInput<Self>, gradients: &mut Gradients, missing: Option<MissingCells>) {
         input.fill_all(gradients, missing);
     }
 }
 
 impl PreparedSample for f64 {
+    fn find_outside(samples: &Samples<Self>, outside: Outside<Self>) {
+        samples.find(outside);
+    }
+
     fn fill_gradients(input: &GradientInput<Self>, gradients: &mut Gradients, missing: Option<MissingCells>) {
         input.fill_all(gradients, missing);
     }
@@ -268,7 +279,7 @@ impl<'a, S: Sample> ExactColumns<'a, S> {
             return;
         }
         let GradientInput { grid, radius, samples, .. } = *self.input;
-        let new = || (Ring::default(), NeighborColumns::new(radius, samples.scale()));
+        let new = || (Ring::default(), NeighborColumns::new(radius, samples.mapping.scale));
         let (ring, columns) = self.memory.get_or_insert_with(new);
         ring.read(grid, cell);
         columns.read(samples, cell, &ring.neighbours, &wanted);

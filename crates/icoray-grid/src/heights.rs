@@ -3,6 +3,7 @@
 use crate::array::MapInline;
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::{Field, Location};
+use crate::grid::Grid;
 use crate::layers::Layers;
 use crate::reals::Reals;
 use crate::shape::ElementIndexer;
@@ -49,35 +50,8 @@ pub struct PlainHeights<'a> {
     pub missing: Option<(f64, &'a [f64])>,
 }
 
-/// The cells of a grid.
-#[derive(Debug, Clone, Copy)]
-pub struct Cells<'g> {
-    /// Number of cells.
-    pub count: usize,
-    /// The number of the first, in the grid's tables.
-    pub first: i32,
-    /// Numbers in the whole grid, if the model identifies cells by those; else empty.
-    pub numbers: &'g [i64],
-}
-
-impl Cells<'_> {
-    /// A cell's name in the model's numbering.
-    fn name(&self, cell: usize) -> String {
-        match self.numbers.get(cell) {
-            Some(number) => format!("cell {number} of the whole grid"),
-            None => format!("cell {} (counted from {})", cell as i64 + i64::from(self.first), self.first),
-        }
-    }
-}
-
-/// Offset of a column's heights, see [`Heights::bases`].
-type Base = isize;
-
-/// No column of the array: its layers lie at mean heights.
-const NOWHERE: Base = Base::MIN;
-
 impl<'f> Heights<'f> {
-    /// Checks `heights`, in metres above the planet's surface: one column for each cell `of` the grid, as many layers
+    /// Checks `heights`, in metres above the planet's surface: one column for each cell of `grid`, as many layers
     /// as `layers`. The field has `field_layers` layers, which lie on those of `heights` or midway between them.
     /// `exaggeration` stretches heights, 1 leaves them as they are. Parallel.
     ///
@@ -88,11 +62,11 @@ impl<'f> Heights<'f> {
     pub fn new(
         heights: &Field<'f>,
         layers: &Layers,
-        of: Cells,
+        grid: &Grid,
         field_layers: usize,
         exaggeration: f64,
     ) -> Result<Self> {
-        let cells = of.count;
+        let cells = grid.cells();
         check_shape(heights, layers, cells, Location::Center)?;
         let mean = layers.for_field(field_layers)?.shell(exaggeration)?;
         let elements = heights.elements();
@@ -108,7 +82,7 @@ impl<'f> Heights<'f> {
             mean,
         };
         let columns = (0..cells).into_par_iter().with_min_len(256);
-        let checked = columns.map(|cell| this.check(cell, &of, layers)).reduce(
+        let checked = columns.map(|cell| this.check(cell, grid, layers)).reduce(
             || Ok(this.bounds),
             |a, b| {
                 let ([low, high], b) = (a?, b?);
@@ -152,50 +126,32 @@ impl<'f> Heights<'f> {
         self.elements.base(cell as usize)
     }
 
-    /// Offsets of the columns of three cells, for [`Self::radii_at`]. Cells that the grid does not have, such as those
-    /// of void triangles, have mean heights.
-    #[inline(always)]
-    pub fn bases(&self, cells: [u32; 3]) -> [Base; 3] {
-        cells.map_inline(|cell| self.base_or_nowhere(cell))
-    }
-
-    #[inline(always)]
-    fn base_or_nowhere(&self, cell: u32) -> Base {
-        let cell = cell as usize;
-        if cell < self.columns { self.elements.base(cell) } else { NOWHERE }
-    }
-
-    /// Radii of the field's `layer` over three columns, in planet radii, stretched.
-    #[inline(always)]
-    pub fn radii_at(&self, bases: [Base; 3], layer: usize) -> [f64; 3] {
-        bases.map_inline(|base| self.radius_at(base, layer))
-    }
-
-    /// [`Self::radii_at`] of three cells.
+    /// [`Self::radius`] over three cells.
     #[inline]
     pub fn radii(&self, cells: [u32; 3], layer: usize) -> [f64; 3] {
-        self.radii_at(self.bases(cells), layer)
+        cells.map_inline(|cell| self.radius(cell, layer))
     }
 
-    /// The radius of the field's `layer` over a cell, in planet radii, stretched.
-    #[inline]
+    /// The radius of the field's `layer` over a cell, in planet radii, stretched. Cells that the grid does not have, such
+    /// as those of void triangles, have mean heights.
+    #[inline(always)]
     pub fn radius(&self, cell: u32, layer: usize) -> f64 {
-        self.radius_at(self.base_or_nowhere(cell), layer)
+        let cell = cell as usize;
+        if cell < self.columns { self.radius_at(self.elements.base(cell), layer) } else { self.mean[layer] }
     }
 
     #[inline(always)]
-    fn radius_at(&self, base: Base, layer: usize) -> f64 {
-        let height = match (base, self.is_midway) {
-            (NOWHERE, _) => f64::NAN,
-            (base, false) => self.height(base, layer),
-            (base, true) => 0.5 * (self.height(base, layer) + self.height(base, layer + 1)),
+    fn radius_at(&self, base: isize, layer: usize) -> f64 {
+        let height = match self.is_midway {
+            false => self.height(base, layer),
+            true => 0.5 * (self.height(base, layer) + self.height(base, layer + 1)),
         };
         if height.is_nan() { self.mean[layer] } else { self.stretched(height) }
     }
 
     /// Height in metres of a layer that has one; NaN if it is missing.
     #[inline(always)]
-    fn height(&self, base: Base, layer: usize) -> f64 {
+    fn height(&self, base: isize, layer: usize) -> f64 {
         let height = self.samples.get(self.elements.at(base, layer));
         if Some(height) == self.fill || !height.is_finite() { f64::NAN } else { height }
     }
@@ -206,10 +162,10 @@ impl<'f> Heights<'f> {
     }
 
     /// The radii at the ends of a column, or the error in its heights.
-    fn check(&self, cell: usize, of: &Cells, layers: &Layers) -> Result<[f64; 2]> {
+    fn check(&self, cell: usize, grid: &Grid, layers: &Layers) -> Result<[f64; 2]> {
         let (count, base) = (layers.count(), self.elements.base(cell));
         let height = |layer| self.height(base, layer);
-        if !check_column(layers, height, || of.name(cell))? {
+        if !check_column(layers, height, || grid.cell_name(cell))? {
             return Ok([self.mean[0], self.mean[self.mean.len() - 1]]);
         }
         let radius = [0, count - 1].map(|layer| self.stretched(height(layer)));
@@ -222,7 +178,7 @@ impl<'f> Heights<'f> {
                 self.stretch * planet_m * low,
                 self.stretch * planet_m * high
             );
-            return Err(bad_column(&of.name(cell), &message));
+            return Err(bad_column(&grid.cell_name(cell), &message));
         }
         Ok([0, self.layers() - 1].map(|layer| self.radius_at(base, layer)))
     }

@@ -15,8 +15,6 @@ pub trait Real: num_traits::Float + Send + Sync + 'static {
     fn wide(self) -> f64;
     /// `1 - e^-x` for `x >= 0`, to rounding also for tiny x: the light that optical depth x absorbs.
     fn absorbed_by(self) -> Self;
-    /// The same for `x <= 1/2`, in f32 without a branch.
-    fn absorbed_by_thin(self) -> Self;
     /// `x^y` for `0 <= x <= 1` and `y >= 0`, in f32 without a branch: there to 2e-6 of it if it exceeds 1e-6.
     fn power(self, exponent: Self) -> Self;
 }
@@ -40,12 +38,9 @@ impl Real for f32 {
     #[inline]
     fn absorbed_by(self) -> f32 {
         let x = self;
-        if x > 0.5 { 1.0 - (-x).exp() } else { x.absorbed_by_thin() }
-    }
-
-    #[inline(always)]
-    fn absorbed_by_thin(self) -> f32 {
-        let x = self;
+        if x > 0.5 {
+            return 1.0 - (-x).exp();
+        }
         const C: [f32; 8] =
             [1.0, -1.0 / 2.0, 1.0 / 6.0, -1.0 / 24.0, 1.0 / 120.0, -1.0 / 720.0, 1.0 / 5040.0, -1.0 / 40320.0];
         let (x2, x4) = (x * x, x * x * x * x);
@@ -123,11 +118,6 @@ impl Real for f64 {
     #[inline]
     fn absorbed_by(self) -> f64 {
         -(-self).exp_m1()
-    }
-
-    #[inline]
-    fn absorbed_by_thin(self) -> f64 {
-        self.absorbed_by()
     }
 
     #[inline]

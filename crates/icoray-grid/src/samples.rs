@@ -6,7 +6,7 @@ use crate::sample::Sample;
 use crate::shape::ElementIndexer;
 
 mod clear;
-pub use clear::{Outside, SearchedSample, Stored};
+pub use clear::{Outside, Stored};
 
 /// The layout of a field's array, and the normalisation of its values: `(value - shift) * scale`.
 #[derive(Debug, Clone, Copy)]
@@ -71,7 +71,8 @@ impl SampleMapping {
 #[derive(Debug, Clone, Copy)]
 pub struct Samples<'a, S> {
     data: &'a [S],
-    reading: SampleMapping,
+    /// The layout of the array, from the innermost layer on.
+    pub mapping: SampleMapping,
 }
 
 impl<'a, S: Sample> Samples<'a, S> {
@@ -79,68 +80,40 @@ impl<'a, S: Sample> Samples<'a, S> {
     /// the field's first layer is the outermost, and layers are read in reverse.
     pub fn new(data: &'a [S], field: &Field, falling: bool, range: [f64; 2]) -> Self {
         let field = if falling { field.upside_down() } else { *field };
-        Samples { data, reading: SampleMapping::new(&field, range) }
+        Samples { data, mapping: SampleMapping::new(&field, range) }
     }
 
     /// The base of the column over `cell`, for [`Self::get`].
     #[inline(always)]
     pub fn base(&self, cell: u32) -> isize {
-        self.reading.elements.base(cell as usize)
+        self.mapping.elements.base(cell as usize)
     }
 
-    /// The element of the sample at `layer`, for [`Self::at`].
+    /// The sample at `layer` (counted from the innermost) over the cell of `base`.
     #[inline(always)]
-    pub fn element(&self, base: isize, layer: usize) -> usize {
-        self.reading.elements.at(base, layer)
+    pub(crate) fn sample(&self, base: isize, layer: usize) -> S {
+        self.data[self.mapping.elements.at(base, layer)]
     }
 
-    /// The sample of that element.
-    #[inline(always)]
-    pub fn at(&self, element: usize) -> S {
-        self.data[element]
-    }
-
-    /// The normalised value at `layer` (counted from the innermost) over the cell of `base`; NaN if it is missing.
+    /// The normalised value at `layer` over the cell of `base`; NaN if it is missing.
     #[inline(always)]
     pub fn get<T: Real>(&self, base: isize, layer: usize) -> T {
-        self.normal(self.at(self.element(base, layer)))
+        self.mapping.normal(self.sample(base, layer).wide())
     }
 
     /// The value at `layer` over the cell of `base` as the model has it, so that differences between close values are
     /// exact; NaN if it is missing, and within the limits of normalised values.
     #[inline(always)]
     pub fn unscaled(&self, base: isize, layer: usize) -> f64 {
-        self.reading.unscaled(self.at(self.element(base, layer)).wide())
-    }
-
-    /// Elements from one layer to the next.
-    #[inline(always)]
-    pub fn layer_stride(&self) -> isize {
-        self.reading.elements.layer_stride()
+        self.mapping.unscaled(self.sample(base, layer).wide())
     }
 
     /// The `layers` samples over `cell` in the order of the array, from its lowest element on: outermost layer first if
-    /// [`Self::layer_stride`] is -1. It must be that or 1.
+    /// the stride from layer to layer is -1. It must be that or 1.
     #[inline(always)]
     pub fn column(&self, cell: u32, layers: usize) -> &'a [S] {
-        let first = if self.layer_stride() < 0 { layers - 1 } else { 0 };
-        let start = self.element(self.base(cell), first);
+        let first = if self.mapping.elements.layer_stride() < 0 { layers - 1 } else { 0 };
+        let start = self.mapping.elements.at(self.base(cell), first);
         &self.data[start..start + layers]
-    }
-
-    /// The mark of missing values, if the array's type can represent it.
-    pub fn fill(&self) -> Option<S> {
-        self.reading.fill()
-    }
-
-    /// The factor of normalisation.
-    pub fn scale(&self) -> f64 {
-        self.reading.scale
-    }
-
-    /// A sample, normalised; NaN if it is missing.
-    #[inline(always)]
-    pub fn normal<T: Real>(&self, sample: S) -> T {
-        self.reading.normal(sample.wide())
     }
 }

@@ -11,8 +11,8 @@ use std::thread::{Builder, JoinHandle, available_parallelism, current};
 /// Threads of a renderer.
 #[derive(Debug)]
 pub struct Threads {
-    /// `None` only during the drop, which ends the threads.
-    pool: Option<ThreadPool>,
+    /// Dropped first, which ends the threads.
+    pool: ThreadPool,
     handles: Handles,
 }
 
@@ -49,7 +49,7 @@ impl Threads {
         };
         let pool = ThreadPoolBuilder::new().num_threads(count).spawn_handler(spawn).build();
         let pool = pool.map_err(|e| Error::new(ErrorKind::Io, format!("cannot make {count} threads: {e}")))?;
-        Ok(Threads { pool: Some(pool), handles })
+        Ok(Threads { pool, handles })
     }
 
     /// Number of threads.
@@ -59,9 +59,8 @@ impl Threads {
 
     /// Runs `work` on the threads.
     pub fn run<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        let Some(pool) = &self.pool else { return work() };
         let (mut work, mut result) = (Some(work), None);
-        install(pool, &mut || result = work.take().map(|work| work()));
+        install(&self.pool, &mut || result = work.take().map(|work| work()));
         match result {
             Some(result) => result,
             None => unreachable!("the pool returns when the work is done"),
@@ -71,11 +70,7 @@ impl Threads {
     /// Runs `work` on the threads and meanwhile `beside` on this one, which must not wait for anything that `work` may
     /// not deliver. Returns when both are done.
     pub fn run_with<R>(&self, work: impl FnOnce() + Send, beside: impl FnOnce() -> R) -> R {
-        let Some(pool) = &self.pool else {
-            work();
-            return beside();
-        };
-        pool.in_place_scope(|scope| {
+        self.pool.in_place_scope(|scope| {
             scope.spawn(|_| work());
             beside()
         })
@@ -85,12 +80,6 @@ impl Threads {
 /// Runs `work` on a thread of the pool: compiled once, not for each type of work.
 fn install(pool: &ThreadPool, work: &mut (dyn FnMut() + Send)) {
     pool.install(work);
-}
-
-impl Drop for Threads {
-    fn drop(&mut self) {
-        self.pool = None;
-    }
 }
 
 #[cfg(test)]
@@ -132,7 +121,7 @@ mod tests {
         let theirs = threads.clone();
         let (sent, received) = channel::<()>();
         let (done, is_done) = channel();
-        threads.pool.as_ref().unwrap().spawn(move || {
+        threads.pool.spawn(move || {
             let _ = received.recv();
             // The last one, on one of its own threads.
             drop(theirs);

@@ -72,7 +72,7 @@ pub fn steering_reader(first: Option<String>, steered: SharedSteered) -> Box<Sce
         if let Some(what) = too_many(&Script::parse(&steered.text)?, &script) {
             return refused(what);
         }
-        script.name_by_date()?;
+        script.name_by_date();
         if let (true, Some(first)) = (script.lacks_field(), &first) {
             script.name_first_field(first);
         }

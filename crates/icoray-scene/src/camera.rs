@@ -10,6 +10,8 @@ pub struct Camera {
     right: DVec3,
     up: DVec3,
     half_height: f64,
+    /// The arguments of [`Camera::above`] for this eye.
+    place: [f64; 4],
 }
 
 impl Camera {
@@ -23,7 +25,10 @@ impl Camera {
         let right = (right.length() > 1e-9).then(|| right.normalize())?;
         let half_height = (0.5 * fov_deg.to_radians()).tan();
         let fine = eye.is_finite() && right.is_finite() && half_height.is_finite() && half_height > 0.0;
-        fine.then(|| Camera { eye, forward, right, up: right.cross(forward), half_height })
+        let (lon, distance) = (eye.y.atan2(eye.x), eye.length());
+        let lat = if distance > 0.0 { (eye.z / distance).clamp(-1.0, 1.0).asin() } else { 0.0 };
+        let place = [lon.to_degrees(), lat.to_degrees(), distance, fov_deg];
+        fine.then(|| Camera { eye, forward, right, up: right.cross(forward), half_height, place })
     }
 
     /// A camera above a place at `distance` from the planet's centre that looks at the centre, north up.
@@ -32,23 +37,22 @@ impl Camera {
         let outward = icoray_grid::grid::unit_vector(lon, lat);
         // The tangent towards north exists at the poles too: there it is the meridian of `lon`.
         let north = DVec3::new(-lat.sin() * lon.cos(), -lat.sin() * lon.sin(), lat.cos());
-        Self::look_at((outward * distance).to_array(), [0.0; 3], north.to_array(), fov_deg)
+        let camera = Self::look_at((outward * distance).to_array(), [0.0; 3], north.to_array(), fov_deg)?;
+        Some(Camera { place: [lon_deg, lat_deg, distance, fov_deg], ..camera })
     }
 
     /// Longitude and latitude below the camera in degrees, its distance from the planet's centre, and its field of view
-    /// in degrees: what [`Camera::above`] takes.
+    /// in degrees: what [`Camera::above`] takes, or took.
     pub fn place(&self) -> [f64; 4] {
-        let DVec3 { x, y, z } = self.eye;
-        let distance = self.eye.length();
-        let lat = if distance > 0.0 { (z / distance).clamp(-1.0, 1.0).asin() } else { 0.0 };
-        [y.atan2(x).to_degrees(), lat.to_degrees(), distance, 2.0 * self.half_height.atan().to_degrees()]
+        self.place
     }
 
     /// The same camera, turned eastwards about the planet's axis.
     pub(crate) fn turned_east(&self, deg: f64) -> Self {
         let turn = DQuat::from_rotation_z(deg.to_radians());
         let [eye, forward, right, up] = [self.eye, self.forward, self.right, self.up].map(|v| turn * v);
-        Camera { eye, forward, right, up, half_height: self.half_height }
+        let [lon, lat, distance, fov] = self.place;
+        Camera { eye, forward, right, up, place: [lon + deg, lat, distance, fov], ..*self }
     }
 
     /// Where the camera is.

@@ -78,18 +78,6 @@ impl Scene {
         maps.chain(surfaces).collect()
     }
 
-    /// The same, to be changed, in the same order.
-    fn change_paintings(&mut self, mut change: impl FnMut(&mut TransferFunction, &mut Option<Coloring>)) {
-        for volume in &mut self.volumes {
-            change(&mut volume.transfer, &mut volume.coloring);
-        }
-        for paint in self.scenery.paints_mut() {
-            if let Paint::Field { transfer, coloring, .. } = paint {
-                change(transfer, coloring);
-            }
-        }
-    }
-
     /// The scene with each of its colour maps over the range that `find` gives for it and its field, whose ends the
     /// map's scale admits, the lower first; `None` where it gives none for any.
     ///
@@ -102,14 +90,19 @@ impl Scene {
         if ranges.iter().all(Option::is_none) {
             return Ok(None);
         }
-        let (mut scene, mut ranges) = (self.clone(), ranges.into_iter());
-        scene.change_paintings(|transfer, coloring| {
-            if let (Some(range), Some(coloring)) = (ranges.next().flatten(), coloring) {
+        let mut scene = self.clone();
+        let volumes = scene.volumes.iter_mut().map(|volume| (&mut volume.transfer, &mut volume.coloring));
+        let paints = scene.scenery.paints_mut().filter_map(|paint| match paint {
+            Paint::Plain(_) => None,
+            Paint::Field { transfer, coloring, .. } => Some((transfer, coloring)),
+        });
+        for ((transfer, coloring), range) in volumes.chain(paints).zip(ranges) {
+            if let (Some(range), Some(coloring)) = (range, coloring) {
                 *transfer = coloring.transfer(range);
                 coloring.range = ColorRange::Fixed(range);
                 coloring.center = None;
             }
-        });
+        }
         Ok(Some(scene))
     }
 }

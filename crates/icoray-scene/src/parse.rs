@@ -181,14 +181,15 @@ fn adapter(source: &Text, raw: &Spanned<toml::Value>) -> Result<Adapter> {
     })
 }
 
-/// Refuses more sections than a scene may have of `key`.
-fn expect_sections<R>(source: &Text, raw: &[Spanned<R>], key: &str) -> Result<()> {
-    source.expect_count(raw.len(), raw.last().map_or(0..0, Spanned::span), key)
-}
-
-/// Reads each of a list of sections.
-fn each<R, S>(source: Text, raw: &[Spanned<R>], read: impl Fn(&Text, &Spanned<R>) -> Result<S>) -> Result<Vec<S>> {
-    raw.iter().map(|raw| read(&source, raw)).collect()
+/// Reads each of the sections `key`, no more than a scene may have.
+fn each<R, S>(
+    source: &Text,
+    key: &'static str,
+    raw: &[Spanned<R>],
+    read: impl Fn(&Text, &Spanned<R>) -> Result<S>,
+) -> Result<Vec<S>> {
+    source.expect_count(raw.len(), raw.last().map_or(0..0, Spanned::span), key)?;
+    raw.iter().map(|raw| read(&source.within(key), raw)).collect()
 }
 
 /// Refuses a scene without any key, which draws nothing.
@@ -202,23 +203,20 @@ fn expect_keys(table: &DeTable) -> Result<()> {
 /// Checks the keys of a scene.
 fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
     let raw = RawScene::deserialize(toml::Deserializer::from(table)).map_err(|e| source.refused(&e))?;
-    expect_sections(source, &raw.volumes, "volumes")?;
-    expect_sections(source, &raw.surfaces, "surfaces")?;
-    expect_sections(source, &raw.isosurfaces, "isosurfaces")?;
-    expect_sections(source, &raw.lines, "lines")?;
-    expect_sections(source, &raw.clip, "clip")?;
-    expect_sections(source, &raw.derive, "derive")?;
-    let core = source.color_or_none(raw.core.as_ref(), "core", Some([0.0225, 0.0225, 0.0225]))?;
-    let mut volumes = volume::volumes(*source, &raw)?;
-    let scenery = scenery(*source, &raw, core.is_some())?;
+    let color = |raw: &Option<Spanned<String>>, key, default: [f64; 3]| {
+        raw.as_ref().map_or(Ok(Some(default)), |raw| source.color_or_word(raw, key))
+    };
+    let core = color(&raw.core, "core", [0.0225; 3])?;
+    let mut volumes = volume::volumes(source, &raw)?;
+    let scenery = scenery(source, &raw, core.is_some())?;
     if volumes.is_empty() {
-        volumes.push(volume::none(*source, &raw, &scenery)?);
+        volumes.push(volume::none(source, &raw, &scenery)?);
     }
     let mut scene = Scene {
         every: source.count(raw.every.as_ref(), "every")?,
         width: source.count(raw.image.as_ref().and_then(|i| i.width.as_ref()), "image.width")?,
         height: source.count(raw.image.as_ref().and_then(|i| i.height.as_ref()), "image.height")?,
-        background: source.color_or_none(raw.background.as_ref(), "background", Some([0.0; 3]))?,
+        background: color(&raw.background, "background", [0.0; 3])?,
         exaggeration: source.number(raw.exaggeration.as_ref(), "exaggeration")?,
         core,
         camera: camera::camera(source, raw.camera.as_ref())?,
@@ -244,21 +242,21 @@ fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
 }
 
 /// Surfaces, lines, clips and ground beside volumes.
-fn scenery(source: Text, raw: &RawScene, has_core: bool) -> Result<Scenery> {
-    let isosurfaces = each(source.within("isosurfaces."), &raw.isosurfaces, surface::isosurfaces)?.concat();
+fn scenery(source: &Text, raw: &RawScene, has_core: bool) -> Result<Scenery> {
+    let isosurfaces = each(source, "isosurfaces", &raw.isosurfaces, surface::isosurfaces)?.concat();
     // A section may have several.
     let last = raw.isosurfaces.last().map_or(0..0, Spanned::span);
     source.expect_count(isosurfaces.len(), last, "isosurfaces")?;
     Ok(Scenery {
-        surfaces: each(source.within("surfaces."), &raw.surfaces, surface::surface)?,
+        surfaces: each(source, "surfaces", &raw.surfaces, surface::surface)?,
         isosurfaces,
-        lines: each(source.within("lines."), &raw.lines, |s, raw| lines::lines(s, raw, has_core))?,
+        lines: each(source, "lines", &raw.lines, |s, raw| lines::lines(s, raw, has_core))?,
         ground: match &raw.ground {
-            Some(raw) => ground(source.within("ground."), raw, has_core)?,
+            Some(raw) => ground(source.within("ground"), raw, has_core)?,
             None => Ground::default(),
         },
-        clips: each(source.within("clip."), &raw.clip, clip::clip)?,
-        derived: derive::derivations(source.within("derive."), &raw.derive)?,
+        clips: each(source, "clip", &raw.clip, clip::clip)?,
+        derived: derive::derivations(source, &raw.derive)?,
         heights: raw.heights,
     })
 }

@@ -5,8 +5,8 @@ use crate::labels::Labels;
 use crate::name::Output;
 use crate::scenery::{Heights, Level, Lines, Paint, Pattern, Scenery, Surface, Volume};
 use crate::transfer::TransferFunction;
-use std::fmt;
 use std::ops::RangeInclusive;
+use std::{fmt, iter};
 
 /// Floating-point precision of the kernel's inner loop. Positions are in f64 either way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
@@ -108,6 +108,17 @@ pub struct Lighting {
     pub specular: f64,
     /// Exponent of the highlight: larger is smaller and sharper.
     pub shininess: f64,
+}
+
+/// The names, each once.
+pub(super) fn each_once<N: PartialEq>(names: impl Iterator<Item = N>) -> Vec<N> {
+    let mut once = Vec::new();
+    for name in names {
+        if !once.contains(&name) {
+            once.push(name);
+        }
+    }
+    once
 }
 
 /// A whole scene, checked.
@@ -248,19 +259,10 @@ impl Scene {
     }
 
     /// The names of the fields that are shown, each once, the first one first; some may be derived.
-    pub fn shown_fields(&self) -> Vec<&str> {
-        let mut names = Vec::new();
-        let mut visit = |name| {
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        };
-        for volume in &self.volumes {
-            visit(&*volume.field);
-            volume.opacity.iter().for_each(|opacity| visit(&opacity.field));
-        }
-        self.scenery.shown_fields(&mut visit);
-        names
+    pub fn shown_fields<'s>(&'s self) -> Vec<&'s str> {
+        let opacity_of = |volume: &'s Volume| volume.opacity.as_ref().map(|opacity| &*opacity.field);
+        let of_volumes = self.volumes.iter().flat_map(|volume| iter::once(&*volume.field).chain(opacity_of(volume)));
+        each_once(of_volumes.chain(self.scenery.shown_fields()))
     }
 
     /// The names of the model's fields that the scene needs, each once: those that are shown, and those of which

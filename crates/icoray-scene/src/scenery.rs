@@ -4,6 +4,7 @@ use crate::coloring::Coloring;
 use crate::outlines::Outlines;
 use crate::transfer::TransferFunction;
 use glam::DVec3;
+use std::iter;
 use std::sync::Arc;
 
 /// Surfaces, lines, clips and ground beside volumes; none by default.
@@ -26,13 +27,11 @@ pub struct Scenery {
 }
 
 impl Scenery {
-    /// Calls `visit` with the names of all fields that surfaces and isosurfaces show.
-    pub(super) fn shown_fields<'s>(&'s self, visit: &mut impl FnMut(&'s str)) {
-        self.surfaces.iter().filter_map(|surface| surface.paint.field()).for_each(&mut *visit);
-        for surface in &self.isosurfaces {
-            visit(&surface.field);
-            surface.paint.field().into_iter().for_each(&mut *visit);
-        }
+    /// The names of all fields that surfaces and isosurfaces show.
+    pub(super) fn shown_fields(&self) -> impl Iterator<Item = &str> {
+        let isosurfaces = self.isosurfaces.iter();
+        let isosurfaces = isosurfaces.flat_map(|surface| iter::once(&*surface.field).chain(surface.paint.field()));
+        self.surfaces.iter().filter_map(|surface| surface.paint.field()).chain(isosurfaces)
     }
 
     /// Changes the names of fields that are shown.

@@ -14,11 +14,11 @@ pub use condition::{Condition, Statistic, Summary};
 pub(crate) use motion::{Clock, Motion, Orbit};
 pub(crate) use path::{Path, PathError, PathKey};
 pub(crate) use schedule::Schedule;
-pub(crate) use sweep::{Axis, CameraPlace, Sweep};
+pub(crate) use sweep::{Axis, Sweep};
 
 use crate::Heights;
 use crate::name::{Cinema, Concat, NameTemplate, Series, Stamp};
-use crate::scene::Scene;
+use crate::scene::{Scene, each_once};
 use crate::template::Template;
 use icoray_grid::{Error, ErrorKind, Result};
 
@@ -33,9 +33,9 @@ use icoray_grid::{Error, ErrorKind, Result};
 /// `output.concat`), and what a running model is asked for (`async_render`, `[live]`).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Script {
-    views: Vec<View>,
-    live: Option<Live>,
-    is_async: bool,
+    pub(crate) views: Vec<View>,
+    pub(crate) live: Option<Live>,
+    pub(crate) is_async: bool,
 }
 
 /// `[live]`: a page, served by the model's first rank, that shows its pictures and changes the script.
@@ -75,17 +75,9 @@ pub struct Shot {
 }
 
 impl Script {
-    pub(crate) fn new(views: Vec<View>, live: Option<Live>) -> Self {
-        Script { views, live, is_async: false }
-    }
-
     /// The page that a running model is asked for.
     pub fn live(&self) -> Option<Live> {
         self.live
-    }
-
-    pub(crate) fn rendered_in_background(self, is_async: bool) -> Self {
-        Script { is_async, ..self }
     }
 
     /// Whether a running model is to render in the background (`async_render`).
@@ -104,7 +96,7 @@ impl Script {
     ///      camera = { lon = 0, lat = 45, distance = 3 }
     ///      transfer = { map = 'plasma', range = [300, 400], opacity = [[300, 0], [400, 0.9]] }",
     /// )?;
-    /// script.name_by_date()?;
+    /// script.name_by_date();
     /// let names = |date: Option<&str>| {
     ///     let stamp = Stamp { step: 5, date: date.map(String::from), ..Stamp::default() };
     ///     let shot = script.views()[0].shots(&stamp).next().unwrap();
@@ -114,14 +106,10 @@ impl Script {
     /// assert_eq!(names(None)?.file, "theta_000005.png");
     /// # Ok::<(), icoray_grid::Error>(())
     /// ```
-    ///
-    /// # Errors
-    /// None that a parsed script could have.
-    pub fn name_by_date(&mut self) -> Result<()> {
+    pub fn name_by_date(&mut self) {
         for view in self.views.iter_mut().filter(|view| !view.has_file) {
-            view.scene.output.file = view.default_file("{when}")?;
+            view.scene.output.file = view.default_file("{when}");
         }
-        Ok(())
     }
 
     /// The views, in the order of the file; at least one.
@@ -174,35 +162,21 @@ impl Script {
     }
 }
 
-/// The names, each once.
-fn each_once(names: impl Iterator<Item = String>) -> Vec<String> {
-    let mut once = Vec::new();
-    for name in names {
-        if !once.contains(&name) {
-            once.push(name);
-        }
-    }
-    once
-}
-
 impl From<Scene> for Script {
     /// A script of one view, due at multiples of [`Scene::every`].
     fn from(scene: Scene) -> Self {
-        let schedule = Schedule { every: Some(scene.every), ..Schedule::default() };
-        Script::new(
-            vec![View {
-                name: None,
-                scene,
-                schedule,
-                conditions: Vec::new(),
-                motion: Motion::Still,
-                sweep: Sweep::default(),
-                cinema: None,
-                concat: None,
-                has_file: true,
-            }],
-            None,
-        )
+        let view = View {
+            name: None,
+            schedule: Schedule { every: Some(scene.every), ..Schedule::default() },
+            scene,
+            conditions: Vec::new(),
+            motion: Motion::Still,
+            sweep: Sweep::default(),
+            cinema: None,
+            concat: None,
+            has_file: true,
+        };
+        Script { views: vec![view], live: None, is_async: false }
     }
 }
 
@@ -283,13 +257,13 @@ impl View {
     }
 
     /// The name of pictures that the file leaves to icoray, with a placeholder for the step.
-    pub(crate) fn default_file(&self, moment: &str) -> Result<NameTemplate> {
+    pub(crate) fn default_file(&self, moment: &str) -> NameTemplate {
         let view = self.name.iter().map(|_| "{view}".to_owned());
         let always = ["{field}".to_owned(), moment.to_owned()];
         let swept = self.sweep.axes.iter().map(|axis| axis.name()).filter(|name| *name != "field");
         let swept = swept.map(|name| format!("{name}{{{name}}}"));
         let words: Vec<String> = view.chain(always).chain(swept).collect();
-        NameTemplate::new(&format!("{}.png", words.join("_")))
+        NameTemplate::new(&format!("{}.png", words.join("_"))).expect("its words are placeholders of names")
     }
 
     /// Refuses placeholders that stand for nothing here, and names that two pictures of a step would share.

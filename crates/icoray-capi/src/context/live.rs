@@ -182,7 +182,7 @@ impl Context {
     /// take no more memory than a share of what those of the model's own take.
     fn drawable(&self, text: &str, stamp: &Stamp) -> Outcome<Arc<Script>> {
         let mut script = Script::parse(text)?;
-        script.name_by_date()?;
+        script.name_by_date();
         let script = Arc::new(script);
         let bytes = self.memory_of(&script, stamp)?;
         let own = match (&self.viewers.own, &self.scene) {

@@ -177,7 +177,7 @@ impl Context {
         let Some(mut script) = Script::parse_optional(text)? else {
             return Ok(SceneChoice::Nothing);
         };
-        script.name_by_date()?;
+        script.name_by_date();
         if self.ranks.is_root() {
             self.drawing.check_folders(&script)?;
         }

@@ -2,6 +2,7 @@
 
 use super::{CenterField, Field, Location, next_number};
 use crate::reals::{OwnedReals, resized};
+use crate::sample::Sample;
 use crate::shape::Shape;
 use rayon::prelude::*;
 
@@ -20,8 +21,8 @@ impl CenterField {
         let between: Vec<Between> = wanted.iter().map(|radius| bracket(own, *radius)).collect();
         let shape = Shape::level_fastest(field.shape().columns, wanted.len());
         let values = match OwnedReals::buffer(field.samples(), memory.map(|memory| memory.values)) {
-            OwnedReals::F32(memory) => OwnedReals::F32(filled(field, &between, memory, |v| v as f32)),
-            OwnedReals::F64(memory) => OwnedReals::F64(filled(field, &between, memory, |v| v)),
+            OwnedReals::F32(memory) => OwnedReals::F32(filled(field, &between, memory)),
+            OwnedReals::F64(memory) => OwnedReals::F64(filled(field, &between, memory)),
         };
         assert_eq!(field.location(), Location::Center);
         CenterField { values, shape, number: next_number() }
@@ -36,23 +37,17 @@ fn bracket(own: &[f64], radius: f64) -> Between {
     Between { layers: [low, low + 1], weight }
 }
 
-fn filled<S: Copy + Default + Send>(
-    field: &Field,
-    between: &[Between],
-    memory: Vec<S>,
-    narrow: impl Fn(f64) -> S + Sync,
-) -> Vec<S> {
+fn filled<S: Sample>(field: &Field, between: &[Between], memory: Vec<S>) -> Vec<S> {
     let mut values = resized(memory, field.shape().columns * between.len());
     let columns = values.par_chunks_exact_mut(between.len()).with_min_len(256).enumerate();
     columns.for_each(|(column, values)| {
         for (value, Between { layers, weight }) in values.iter_mut().zip(between) {
             let [low, high] = layers.map(|layer| field.value(column, layer));
-            let mixed = match *weight {
+            *value = S::of(match *weight {
                 0.0 => low,
                 1.0 => high,
                 weight => low + weight * (high - low),
-            };
-            *value = narrow(mixed);
+            });
         }
     });
     values

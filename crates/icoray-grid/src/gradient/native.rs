@@ -84,7 +84,7 @@ impl<S: Sample> NeighborColumns<'_, S> {
     fn radial(&self, layer: usize) -> Option<f64> {
         let slope = |low: usize, high: usize| {
             let thickness = self.heights.radius(self.cell, high) - self.heights.radius(self.cell, low);
-            (self.value(self.cell, high) - self.value(self.cell, low)) * self.samples.scale() / thickness
+            (self.value(self.cell, high) - self.value(self.cell, low)) * self.samples.mapping.scale / thickness
         };
         let below = layer.checked_sub(1).map(|below| slope(below, layer));
         let above = (layer + 1 < self.heights.layers()).then(|| slope(layer, layer + 1));
@@ -101,7 +101,8 @@ impl<S: Sample> NeighborColumns<'_, S> {
         let (mut sum, mut count) = (DVec3::ZERO, 0);
         for others in fans {
             let [b, c] = others.map_inline(|other| place(other) - own);
-            let [to_b, to_c] = others.map_inline(|other| (self.value(other, layer) - value) * self.samples.scale());
+            let [to_b, to_c] =
+                others.map_inline(|other| (self.value(other, layer) - value) * self.samples.mapping.scale);
             let volume = a.dot(b.cross(c));
             let gradient = (radial * b.cross(c) + to_b * c.cross(a) + to_c * a.cross(b)) / volume;
             if gradient.is_finite() {
@@ -119,7 +120,6 @@ mod tests {
     use crate::field::{Field, Location};
     use crate::grid::icosahedral_grid;
     use crate::layers::Layers;
-    use crate::shape::Shape;
 
     /// Between flat facets a field that is linear in space is exact at every vertex, for any heights of layers.
     #[test]
@@ -132,20 +132,11 @@ mod tests {
         let slope = DVec3::new(0.3, -1.1, 0.7);
         let place = |cell: usize, layer: usize| (1.0 + height(cell, layer)) * grid.direction(cell as u32);
         let values: Vec<f64> = all().map(|(cell, layer)| slope.dot(place(cell, layer))).collect();
-        let shape = Shape::level_fastest(grid.cells(), LAYERS);
-        let field = |data: &'static [f64]| Field::new(data.into(), shape, Location::Center, None).unwrap();
+        let [heights, field] =
+            [&heights, &values].map(|data| Field::level_fastest(data, LAYERS, Location::Center).unwrap());
         let layers = Layers::from_heights(&[0.0, 0.1, 0.2, 0.3], 1.0).unwrap();
-        let heights = field(heights.leak());
-        let values: &'static [f64] = values.leak();
-        let heights = Heights::new(
-            &heights,
-            &layers,
-            crate::heights::Cells { count: grid.cells(), first: 0, numbers: &[] },
-            LAYERS,
-            1.0,
-        )
-        .unwrap();
-        let samples = Samples::new(values, &field(values), false, [0.0, 1.0]);
+        let heights = Heights::new(&heights, &layers, &grid, LAYERS, 1.0).unwrap();
+        let samples = Samples::new(&values, &field, false, [0.0, 1.0]);
         let found = gradients(&grid, &heights, &samples, Gradients::none()).unwrap();
         for i in 0..grid.cells() * LAYERS {
             let error = DVec3::from_array(found.at(i).map(f64::from)) - slope;

@@ -71,12 +71,12 @@ impl<'a, S: Sample> Stencil<'a, S> {
     /// `None` if the field's range is too narrow or too wide for gradients in single precision.
     pub fn new(samples: &'a Samples<S>, radius: &[f64]) -> Option<Self> {
         const WIDEST: f64 = 1e25;
-        let scale = samples.scale();
+        let scale = samples.mapping.scale;
         if !(1.0 / WIDEST..WIDEST).contains(&scale.abs()) {
             return None;
         }
         let layers = radius.len();
-        let stride = samples.layer_stride();
+        let stride = samples.mapping.elements.layer_stride();
         let is_contiguous = stride.unsigned_abs() == 1 && layers >= VECTOR;
         let is_falling = is_contiguous && stride < 0;
         let scale = if S::IS_SINGLE { [scale, 1.0] } else { [1.0, scale] };
@@ -103,7 +103,7 @@ impl<'a, S: Sample> Stencil<'a, S> {
             layers,
             is_falling,
             is_contiguous,
-            fill: samples.fill(),
+            fill: samples.mapping.fill(),
             scale,
             inverse_radius: in_order(&|layer| 1.0 / radius[layer]),
             before,
@@ -184,7 +184,7 @@ impl<'a, S: Sample> Stencil<'a, S> {
         columns.clear();
         for cell in cells {
             let base = self.samples.base(cell);
-            columns.extend((0..self.layers).map(|layer| self.samples.at(self.samples.element(base, layer))));
+            columns.extend((0..self.layers).map(|layer| self.samples.sample(base, layer)));
             columns.resize(columns.len() + self.inverse_radius.len() - self.layers, S::default());
         }
     }

@@ -109,21 +109,6 @@ fn gradients_are_those_that_can_be_seen() {
     assert!(left_out > 100, "{left_out}");
 }
 
-#[test]
-fn frusta_with_missing_values_are_left_out_of_the_mean() {
-    let grid = icosahedral_grid(2);
-    let slope = DVec3::new(0.3, -2.0, 0.7);
-    let mut values = field_of(&grid, |p| p.dot(slope));
-    values[4 * 40 + 2] = f64::NAN;
-    let gradients = gradients_of(&grid, &values);
-    for (i, gradient) in gradients.iter().enumerate() {
-        // The vertex above has frusta below it only, and all of those hold the missing value.
-        let unknown = i == 4 * 40 + 2 || i == 4 * 40 + 3;
-        let expected = if unknown { DVec3::ZERO } else { slope };
-        assert!(DVec3::from_array(gradient.map(f64::from)).distance(expected) < 1e-6, "{i}: {gradient:?}");
-    }
-}
-
 /// Any field with holes: each vertex has the mean over those incident frusta that miss none of their six values, and
 /// a frustum's gradient solves its three slopes.
 #[test]

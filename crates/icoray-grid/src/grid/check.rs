@@ -171,9 +171,10 @@ fn position_error(t: &GridTables, table: &str, at: &LonLat, i: usize) -> Option<
     })
 }
 
-/// Checks the cell centres and returns their unit vectors.
+/// Checks the coordinates of cells and corners and returns the cells' unit vectors.
 pub(super) fn directions(t: &GridTables) -> Result<Vec<[f64; 3]>> {
     first_error(t.cells(), |i| position_error(t, "center", &t.center, i))?;
+    first_error(t.corners(), |i| position_error(t, "corner", &t.corner, i))?;
     let mut directions = memory::room_for("directions of the cells", t.cells())?;
     let rows = (0..t.cells()).into_par_iter().with_min_len(4096);
     let at = |i: usize| unit_vector(t.center.lon_rad.get(i), t.center.lat_rad.get(i)).to_array();
@@ -185,11 +186,6 @@ pub(super) fn directions(t: &GridTables) -> Result<Vec<[f64; 3]>> {
 pub fn unit_vector(lon_rad: f64, lat_rad: f64) -> DVec3 {
     let ((sin_lon, cos_lon), (sin_lat, cos_lat)) = (lon_rad.sin_cos(), lat_rad.sin_cos());
     DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat).normalize()
-}
-
-/// Checks the corners' coordinates.
-pub(super) fn corner_positions(t: &GridTables) -> Result<()> {
-    first_error(t.corners(), |i| position_error(t, "corner", &t.corner, i))
 }
 
 /// Every index names an existing row, or a missing one if the mesh may have holes.
@@ -443,13 +439,13 @@ pub(super) fn covers(
     let rows = (0..t.corners()).into_par_iter();
     let area = |r: usize| if orientations[r].is_triangle() { area_of(wound(t, orientations, r)) } else { 0.0 };
     let areas: Vec<f64> = rows.fold_chunks(4096, || 0.0, |sum, r| sum + area(r)).collect();
-    let void = hole_filling.void().iter().map(|void| area_of(void.cells.map(|cell| cell as usize)));
+    let void = hole_filling.void.iter().map(|void| area_of(void.cells.map(|cell| cell as usize)));
     let area: f64 = areas.into_iter().chain(void).sum();
     if (area / (4.0 * PI) - 1.0).abs() > COVER {
         return Err(Error::grid(format!(
             "corner_cell: the triangles' areas sum to {:.9} of the sphere{}, expected 1",
             area / (4.0 * PI),
-            if hole_filling.void().is_empty() { "" } else { " with those that fill the holes" }
+            if hole_filling.void.is_empty() { "" } else { " with those that fill the holes" }
         )));
     }
     Ok(())

@@ -50,7 +50,7 @@ pub(super) struct ConstrainedDelaunay {
     fixed: HashSet<(u32, u32)>,
     last: u32,
     /// Square of the distance within which a point counts as a vertex.
-    same_squared: f64,
+    pub same_squared: f64,
 }
 
 /// The index of a face's corner, `by` steps after corner `k`.
@@ -95,11 +95,6 @@ impl ConstrainedDelaunay {
         ConstrainedDelaunay { points, faces, around, fixed: HashSet::new(), last: 0, same_squared: 0.0 }
     }
 
-    /// From now on, points within this distance of a vertex count as that vertex.
-    pub fn merge_within(&mut self, distance: f64) {
-        self.same_squared = distance * distance;
-    }
-
     pub fn vertices(&self) -> usize {
         self.points.len()
     }
@@ -124,6 +119,13 @@ impl ConstrainedDelaunay {
         beyond.iter().position(|&f| f == other).expect("faces know each other")
     }
 
+    /// Makes face `now` the neighbour of `outer` in place of `was`. Two faces may share two sides only if a vertex has
+    /// two faces, which no closed cone has.
+    fn relink(&mut self, outer: u32, was: u32, now: u32) {
+        let k = self.place_of(outer, was);
+        self.faces[outer as usize].beyond[k] = now;
+    }
+
     /// Adds a point.
     pub fn insert(&mut self, point: DVec3) -> std::result::Result<u32, ConstraintError> {
         let p = coord(point);
@@ -146,10 +148,7 @@ impl ConstrainedDelaunay {
         self.faces.push(Face { vertices: [new, c, a], beyond: [beyond[1], f2, f0] });
         self.faces.push(Face { vertices: [new, a, b], beyond: [beyond[2], f0, f1] });
         for (was, now) in [(1, f1), (2, f2)] {
-            let outer = &mut self.faces[beyond[was] as usize];
-            // Two faces may share two sides only if a vertex has two faces, which no closed cone has.
-            let k = outer.beyond.iter().position(|&f| f == face).expect("faces know each other");
-            outer.beyond[k] = now;
+            self.relink(beyond[was], face, now);
         }
         self.around[a as usize] = f1;
         self.around[b as usize] = f2;
@@ -210,13 +209,8 @@ impl ConstrainedDelaunay {
         // Seen from d, the other face runs d, b, a.
         let (beyond_ad, beyond_db) = (g.beyond[turn(j, 1)], g.beyond[turn(j, 2)]);
         let (beyond_bp, beyond_pa) = (f.beyond[turn(k, 1)], f.beyond[turn(k, 2)]);
-        let relink = |faces: &mut Vec<Face>, outer: u32, was: u32, now: u32| {
-            let links = &mut faces[outer as usize].beyond;
-            let place = links.iter().position(|&l| l == was).expect("faces know each other");
-            links[place] = now;
-        };
-        relink(&mut self.faces, beyond_ad, other, face);
-        relink(&mut self.faces, beyond_bp, face, other);
+        self.relink(beyond_ad, other, face);
+        self.relink(beyond_bp, face, other);
         self.faces[face as usize] = Face { vertices: [p, a, d], beyond: [beyond_ad, other, beyond_pa] };
         self.faces[other as usize] = Face { vertices: [p, d, b], beyond: [beyond_db, beyond_bp, face] };
         for (vertex, at) in [(p, face), (a, face), (d, face), (b, other)] {

@@ -7,6 +7,7 @@
 use super::tables::{GridTables, LonLat};
 use crate::error::{Error, ErrorKind, Result};
 use crate::memory;
+use bytemuck::allocation::cast_vec;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -176,7 +177,7 @@ impl Bisection {
         let Bisection { position, edge, triangle, side } = self;
         let edges = edge.len();
         drop(edge);
-        let [corner_cell, corner_edge] = [triangle, side].map(|rows| signed(rows.into_flattened()));
+        let [corner_cell, corner_edge] = [triangle, side].map(|rows| cast_vec(rows.into_flattened()));
         let edge_corner = edge_corner(&corner_edge, edges);
         let cell_corner = cell_corner(&corner_cell, &corner_edge, &edge_corner, position.len());
         let corner = |row: &[i32]| {
@@ -197,11 +198,6 @@ impl Bisection {
         }
     }
 }
-/// The numbers in the same memory.
-fn signed(numbers: Vec<u32>) -> Vec<i32> {
-    numbers.into_iter().map(|number| number as i32).collect()
-}
-
 /// The two corners of each edge, the lower number first.
 fn edge_corner(corner_edge: &[i32], edges: usize) -> Vec<i32> {
     let mut edge_corner = vec![-1; 2 * edges];

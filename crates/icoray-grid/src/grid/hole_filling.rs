@@ -73,10 +73,6 @@ pub(super) struct HoleFilling<'a> {
 }
 
 impl HoleFilling<'_> {
-    pub fn void(&self) -> &[Void] {
-        &self.void
-    }
-
     /// The void triangle beyond the side of the data triangle that lies opposite its vertex `k`.
     ///
     /// # Panics
@@ -126,6 +122,12 @@ struct Side {
     opposite: u8,
 }
 
+impl Side {
+    fn name(&self, t: &GridTables) -> String {
+        format!("side between cells {} and {}", number_of(t, self.from), number_of(t, self.to))
+    }
+}
+
 /// Closes the mesh and adds the synthetic points that its void triangles use to `direction`.
 ///
 /// # Errors
@@ -145,40 +147,20 @@ pub(super) fn fill_holes(
     }
     for side in &sides {
         if let Some(&other) = by_ends.get(&(side.to, side.from)) {
-            return Err(unjoined(t, side, &sides[other]));
+            return Err(Error::grid(format!(
+                "{}: both have a {} beyond which a cell or corner is missing; expected an edge that joins the two",
+                rows(t, "corner_cell", side.triangle as usize, sides[other].triangle as usize),
+                side.name(t)
+            )));
         }
     }
     let cells = sorted_cells(&sides, direction);
-    let mut clash = None;
     for attempt in 0..TURNS {
-        match patched(&cells, &sides, direction, attempt) {
-            Ok(patched) => return cut(t, direction, &sides, &patched),
-            Err(FillError::Synthetic) => {}
-            Err(trouble) => {
-                clash = Some(trouble);
-                break;
-            }
+        if let Some(patched) = patched(t, &cells, &sides, direction, attempt)? {
+            return cut(t, direction, &sides, &patched);
         }
     }
-    Err(match clash {
-        Some(FillError::Cells(a, b)) => Error::grid(format!(
-            "{}: the same place {:?}, expected cells apart from each other",
-            rows(t, "center", a as usize, b as usize),
-            direction[a as usize]
-        )),
-        Some(FillError::Side(i, cell)) => Error::grid(format!(
-            "{}: the side between cells {} and {} runs through the triangles at cell {}, expected triangles that \
-             do not overlap",
-            named_row(t, "corner_cell", sides[i].triangle as usize),
-            number_of(t, sides[i].from),
-            number_of(t, sides[i].to),
-            number_of(t, cell)
-        )),
-        Some(FillError::Other(error)) => error,
-        Some(FillError::Synthetic) | None => {
-            Error::grid("corner_cell: the rim of the mesh cannot be closed, expected triangles that do not overlap")
-        }
-    })
+    Err(Error::grid("corner_cell: the rim of the mesh cannot be closed, expected triangles that do not overlap"))
 }
 
 /// All sides of data triangles beyond which there is no triangle.
@@ -213,18 +195,6 @@ fn sorted_cells(sides: &[Side], direction: &[[f64; 3]]) -> Vec<u32> {
     cells
 }
 
-/// The reason why the rim cannot be inserted.
-enum FillError {
-    /// A synthetic point is in the way.
-    Synthetic,
-    /// Two cells in one place.
-    Cells(u32, u32),
-    /// A rim side, by its index in the list, meets a vertex or side of a cell.
-    Side(usize, u32),
-    /// Any other error of the triangulation library.
-    Other(Error),
-}
-
 /// The whole sphere with the rim in it.
 struct PatchedSphere {
     triangulation: ConstrainedDelaunay,
@@ -232,42 +202,52 @@ struct PatchedSphere {
     vertex: HashMap<u32, u32>,
 }
 
+/// Inserts the rim; `None` if a synthetic point is in the way.
 fn patched(
+    t: &GridTables,
     cells: &[u32],
     sides: &[Side],
     direction: &[[f64; 3]],
     attempt: u32,
-) -> std::result::Result<PatchedSphere, FillError> {
+) -> Result<Option<PatchedSphere>> {
     // About three axes: no mesh made by formula has its points, or its equator, at the resulting positions.
     let turn = 0.371 + 0.0137 * f64::from(attempt);
     let rotation = DMat3::from_rotation_z(turn)
         * DMat3::from_rotation_x(1.7 * turn + 0.2)
         * DMat3::from_rotation_z(0.9 * turn + 0.1);
-    let mut triangulation = ConstrainedDelaunay::new(LEVEL, rotation).map_err(FillError::Other)?;
+    let mut triangulation = ConstrainedDelaunay::new(LEVEL, rotation)?;
     let synthetic = triangulation.vertices() as u32;
     let mut vertex = HashMap::with_capacity(cells.len());
     // Cells were added in order, so a vertex determines its cell.
-    let cell_of = |v: u32| v.checked_sub(synthetic).map(|i| cells[i as usize]);
+    let in_the_way = |clash| match clash {
+        ConstraintError::Vertex(v) | ConstraintError::Side(v, _) => v.checked_sub(synthetic).map(|i| cells[i as usize]),
+        ConstraintError::Endless => None,
+    };
     for &cell in cells {
         match triangulation.insert(DVec3::from_array(direction[cell as usize])) {
             Ok(v) => vertex.insert(cell, v),
-            Err(ConstraintError::Vertex(v)) => {
-                return Err(cell_of(v).map_or(FillError::Synthetic, |other| FillError::Cells(other, cell)));
+            Err(clash) => {
+                let Some(other) = in_the_way(clash) else { return Ok(None) };
+                return Err(Error::grid(format!(
+                    "{}: the same place {:?}, expected cells apart from each other",
+                    rows(t, "center", other as usize, cell as usize),
+                    direction[other as usize]
+                )));
             }
-            Err(_) => return Err(FillError::Synthetic),
         };
     }
-    for (i, side) in sides.iter().enumerate() {
-        let trouble = match triangulation.insert_constraint(vertex[&side.from], vertex[&side.to]) {
-            Ok(()) => continue,
-            Err(ConstraintError::Vertex(v) | ConstraintError::Side(v, _)) => {
-                cell_of(v).map_or(FillError::Synthetic, |cell| FillError::Side(i, cell))
-            }
-            Err(ConstraintError::Endless) => FillError::Synthetic,
-        };
-        return Err(trouble);
+    for side in sides {
+        if let Err(clash) = triangulation.insert_constraint(vertex[&side.from], vertex[&side.to]) {
+            let Some(cell) = in_the_way(clash) else { return Ok(None) };
+            return Err(Error::grid(format!(
+                "{}: the {} runs through the triangles at cell {}, expected triangles that do not overlap",
+                named_row(t, "corner_cell", side.triangle as usize),
+                side.name(t),
+                number_of(t, cell)
+            )));
+        }
     }
-    Ok(PatchedSphere { triangulation, vertex })
+    Ok(Some(PatchedSphere { triangulation, vertex }))
 }
 
 /// Cuts the triangulation along the rim and keeps the part beyond.
@@ -346,20 +326,9 @@ fn cut(
 
 fn overlap(t: &GridTables, a: &Side, b: &Side) -> Error {
     Error::grid(format!(
-        "{}: other triangles lie over the side between cells {} and {}, beyond which a cell or \
-         corner is missing; expected triangles that do not overlap",
+        "{}: other triangles lie over the {}, beyond which a cell or corner is missing; expected triangles that do not \
+         overlap",
         rows(t, "corner_cell", a.triangle as usize, b.triangle as usize),
-        number_of(t, a.from),
-        number_of(t, a.to)
-    ))
-}
-
-fn unjoined(t: &GridTables, a: &Side, b: &Side) -> Error {
-    Error::grid(format!(
-        "{}: both have a side between cells {} and {} beyond which a cell or corner is missing; \
-         expected an edge that joins the two",
-        rows(t, "corner_cell", a.triangle as usize, b.triangle as usize),
-        number_of(t, a.from),
-        number_of(t, a.to)
+        a.name(t)
     ))
 }

@@ -111,7 +111,6 @@ impl<'a> Grid<'a> {
     fn of_sized(tables: GridTables<'a>) -> Result<Self> {
         let has_hole = check::has_hole(&tables)?;
         let mut direction = check::directions(&tables)?;
-        check::corner_positions(&tables)?;
         check::indices(&tables, has_hole)?;
         let orientations = check::triangles(&tables, &direction, has_hole)?;
         check::folds(&tables, &orientations)?;
@@ -144,9 +143,13 @@ impl<'a> Grid<'a> {
         })
     }
 
-    /// The model's number of each cell in the whole grid, if ranks of a node have joined their parts; otherwise empty.
-    pub fn cell_numbers(&self) -> &[i64] {
-        self.cell_number
+    /// A cell's name in the model's numbering.
+    pub(crate) fn cell_name(&self, cell: usize) -> String {
+        let base = i64::from(self.tables.index_base);
+        match self.cell_number.get(cell) {
+            Some(number) => format!("cell {number} of the whole grid"),
+            None => format!("cell {} (counted from {base})", cell as i64 + base),
+        }
     }
 
     /// The tables as given.
@@ -168,7 +171,7 @@ impl<'a> Grid<'a> {
     /// Number of triangles that fill the mesh's holes, numbered from [`Grid::triangles`] on; 0 for a whole sphere. Rays
     /// walk over them without reading values.
     pub fn void_triangles(&self) -> usize {
-        self.hole_filling.void().len()
+        self.hole_filling.void.len()
     }
 
     /// A description of the holes: their number and, for the first few, their void triangles and a corner on the rim.
@@ -251,7 +254,7 @@ impl<'a> Grid<'a> {
 
     #[cold]
     fn void(&self, triangle: u32) -> &hole_filling::Void {
-        &self.hole_filling.void()[triangle as usize - self.orientations.len()]
+        &self.hole_filling.void[triangle as usize - self.orientations.len()]
     }
 
     /// The triangle beyond the side of `triangle` that lies opposite its vertex `k`.
@@ -447,7 +450,7 @@ fn beyond(
         a ^ b ^ number
     };
     let rows = |triangle: usize| [0, 1, 2].map_inline(|k| across(triangle, k));
-    let void = hole_filling.void().par_iter().map(|void| void.beyond);
+    let void = hole_filling.void.par_iter().map(|void| void.beyond);
     let mut beyond = memory::room_for("neighbours of the triangles", orientations.len() + void.len())?;
     (0..orientations.len()).into_par_iter().map(rows).chain(void).collect_into_vec(&mut beyond);
     Ok(beyond)

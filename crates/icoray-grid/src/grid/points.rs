@@ -90,7 +90,7 @@ fn triangles(directions: &[[f64; 3]]) -> Result<Vec<i32>> {
         let found = directions.len();
         Error::grid(format!("the {found} points span no area, expected at least 3 that are not on one great circle"))
     })?;
-    triangulation.merge_within(SAME);
+    triangulation.same_squared = SAME * SAME;
     for cell in in_order(directions) {
         if row[..4].contains(&cell) {
             continue;

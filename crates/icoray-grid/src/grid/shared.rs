@@ -6,28 +6,8 @@ use super::{Grid, GridTables, Indices, LonLat, OwnedGrid};
 use crate::block;
 use crate::error::Result;
 use crate::macrocells::Macrocells;
+use bytemuck::Pod;
 use std::sync::{Arc, OnceLock};
-
-/// Arrays of a block, by their numbers there.
-mod array {
-    pub const NUMBERS: usize = 0;
-    pub const CENTER_LON: usize = 1;
-    pub const CENTER_LAT: usize = 2;
-    pub const CORNER_LON: usize = 3;
-    pub const CORNER_LAT: usize = 4;
-    pub const CORNER_CELL: usize = 5;
-    pub const CELL_CORNER: usize = 6;
-    pub const CELL_CORNER_COUNT: usize = 7;
-    pub const CELL_NUMBER: usize = 8;
-    pub const DIRECTION: usize = 9;
-    pub const ORIENTATION: usize = 10;
-    pub const BEYOND: usize = 11;
-    pub const VOID: usize = 12;
-    pub const RIM: usize = 13;
-    pub const HALF_EDGE: usize = 14;
-    pub const MACROCELLS: [usize; 2] = [15, 16];
-    pub const COUNT: usize = 17;
-}
 
 /// A table that the block does not have.
 const EMPTY: Indices<'static> = Indices::I32(&[]);
@@ -49,26 +29,40 @@ impl OwnedGrid {
             grid.lowest_facet().to_bits(),
             grid.longest_side().to_bits(),
         ];
-        let mut arrays: [&[u8]; array::COUNT] = [&[]; array::COUNT];
-        arrays[array::NUMBERS] = bytemuck::cast_slice(&numbers);
-        arrays[array::CENTER_LON] = bytemuck::cast_slice(&tables.center[0]);
-        arrays[array::CENTER_LAT] = bytemuck::cast_slice(&tables.center[1]);
-        arrays[array::CORNER_LON] = bytemuck::cast_slice(&tables.corner[0]);
-        arrays[array::CORNER_LAT] = bytemuck::cast_slice(&tables.corner[1]);
-        arrays[array::CORNER_CELL] = bytemuck::cast_slice(&tables.corner_cell);
-        arrays[array::CELL_CORNER] = bytemuck::cast_slice(&of.cell_corner);
-        arrays[array::CELL_CORNER_COUNT] = bytemuck::cast_slice(&of.cell_corner_count);
-        arrays[array::CELL_NUMBER] = bytemuck::cast_slice(&tables.cell_number);
-        arrays[array::DIRECTION] = bytemuck::cast_slice(&grid.direction);
-        arrays[array::ORIENTATION] = bytemuck::cast_slice(&grid.orientations);
-        arrays[array::BEYOND] = bytemuck::cast_slice(&grid.beyond);
-        arrays[array::VOID] = bytemuck::cast_slice(&grid.hole_filling.void);
-        arrays[array::RIM] = bytemuck::cast_slice(&grid.hole_filling.rim);
-        arrays[array::HALF_EDGE] = bytemuck::cast_slice(grid.half_edges());
-        for (number, of) in array::MACROCELLS.into_iter().zip(grid.macrocells().arrays()) {
-            arrays[number] = bytemuck::cast_slice(of);
-        }
+        let [of_triangle, triangle_in] = grid.macrocells().arrays();
+        let arrays = [
+            bytemuck::cast_slice(&numbers),
+            bytemuck::cast_slice(&tables.center[0]),
+            bytemuck::cast_slice(&tables.center[1]),
+            bytemuck::cast_slice(&tables.corner[0]),
+            bytemuck::cast_slice(&tables.corner[1]),
+            bytemuck::cast_slice(&of.cell_corner),
+            bytemuck::cast_slice(&of.cell_corner_count),
+            bytemuck::cast_slice(&tables.corner_cell),
+            bytemuck::cast_slice(&grid.direction),
+            bytemuck::cast_slice(&grid.orientations),
+            bytemuck::cast_slice(&grid.beyond),
+            bytemuck::cast_slice(&grid.hole_filling.void),
+            bytemuck::cast_slice(&grid.hole_filling.rim),
+            bytemuck::cast_slice(&tables.cell_number),
+            bytemuck::cast_slice(grid.half_edges()),
+            bytemuck::cast_slice(of_triangle),
+            bytemuck::cast_slice(triangle_in),
+        ];
         Ok(write(&arrays))
+    }
+}
+
+/// The arrays of a block, one after the other.
+struct Arrays<'a> {
+    block: &'a [u8],
+    next: usize,
+}
+
+impl<'a> Arrays<'a> {
+    fn read<T: Pod>(&mut self) -> Result<&'a [T]> {
+        self.next += 1;
+        block::array(self.block, self.next - 1)
     }
 }
 
@@ -78,40 +72,36 @@ impl<'a> Grid<'a> {
     /// # Errors
     /// [`ErrorKind::Internal`](crate::ErrorKind::Internal) if arrays are missing.
     pub fn of_block(block: &'a [u8]) -> Result<Self> {
-        let indices = |number: usize| block::array::<i32>(block, number);
-        let angles = |number: usize| block::array::<f64>(block, number);
-        let numbers: &[u64] = block::array(block, array::NUMBERS)?;
-        let [start, cell_corner_row, lowest_facet, longest_side] = [0, 1, 2, 3].map(|k| numbers[k]);
-        let [lowest_facet, longest_side] = [lowest_facet, longest_side].map(f64::from_bits);
-        let [of_triangle, triangle_in] = array::MACROCELLS.map(|number| block::array::<u32>(block, number));
-        let macrocells = Macrocells::of_arrays(lowest_facet, of_triangle?.into(), triangle_in?.into());
-        let hole_filling = HoleFilling {
-            void: block::array(block, array::VOID)?.into(),
-            rim: block::array(block, array::RIM)?.into(),
-        };
+        let mut arrays = Arrays { block, next: 0 };
+        let numbers: &[u64] = arrays.read()?;
+        let [lowest_facet, longest_side] = [numbers[2], numbers[3]].map(f64::from_bits);
+        // Fields are evaluated in the order in which they stand here, which is that of the arrays.
         Ok(Grid {
             tables: GridTables {
                 index_base: 0,
-                center: LonLat::of(angles(array::CENTER_LON)?, angles(array::CENTER_LAT)?),
-                corner: LonLat::of(angles(array::CORNER_LON)?, angles(array::CORNER_LAT)?),
-                cell_corner: indices(array::CELL_CORNER)?.into(),
-                cell_corner_row: cell_corner_row as usize,
-                cell_corner_count: Some(indices(array::CELL_CORNER_COUNT)?.into()),
-                corner_cell: indices(array::CORNER_CELL)?.into(),
+                center: LonLat::of(arrays.read()?, arrays.read()?),
+                corner: LonLat::of(arrays.read()?, arrays.read()?),
+                cell_corner: Indices::I32(arrays.read()?),
+                cell_corner_row: numbers[1] as usize,
+                cell_corner_count: Some(Indices::I32(arrays.read()?)),
+                corner_cell: Indices::I32(arrays.read()?),
                 corner_edge: EMPTY,
                 edge_corner: EMPTY,
             },
-            direction: block::array(block, array::DIRECTION)?.into(),
-            orientations: block::array(block, array::ORIENTATION)?.into(),
-            beyond: block::array(block, array::BEYOND)?.into(),
-            hole_filling,
-            start: start as u32,
-            cell_number: block::array(block, array::CELL_NUMBER)?,
+            direction: arrays.read()?.into(),
+            orientations: arrays.read()?.into(),
+            beyond: arrays.read()?.into(),
+            hole_filling: HoleFilling { void: arrays.read()?.into(), rim: arrays.read()?.into() },
+            start: numbers[0] as u32,
+            cell_number: arrays.read()?,
             lowest_facet: lowest_facet.into(),
             longest_side: longest_side.into(),
             half_edges: OnceLock::new(),
             macrocells: OnceLock::new(),
-            shared: Some((block::array(block, array::HALF_EDGE)?, macrocells)),
+            shared: Some((
+                arrays.read()?,
+                Macrocells::of_arrays(lowest_facet, arrays.read()?.into(), arrays.read()?.into()),
+            )),
             table_hashes: OnceLock::new(),
             life: Arc::default(),
         })

@@ -53,7 +53,7 @@ mod tests {
     use crate::error::ErrorKind;
     use crate::field::CenterField;
     use crate::grid::icosahedral_grid;
-    use crate::heights::{Cells, Heights};
+    use crate::heights::Heights;
     use crate::shape::Shape;
 
     const LAYERS: usize = 3;
@@ -125,8 +125,7 @@ mod tests {
             }
             check_corners(&grid, &field(&values), &layers(false), |_| true).unwrap();
             let average = CenterField::average(&grid, &field(&values)).unwrap();
-            let cells = Cells { count: grid.cells(), first: 0, numbers: &[] };
-            let heights = Heights::new(&average.field(), &layers(false), cells, LAYERS, 50.0).unwrap();
+            let heights = Heights::new(&average.field(), &layers(false), &grid, LAYERS, 50.0).unwrap();
             let mean = layers(false).shell(50.0).unwrap();
             assert_eq!([0, 1, 2].map(|layer| heights.radius(17, layer)), mean[..], "it has no heights around it");
         }

@@ -1,11 +1,11 @@
 //! Heights of synthetic columns, in all layouts, against the definition.
 
 use super::*;
+use crate::grid::{IcosahedralMesh, OwnedGrid, OwnedTables, icosahedral_grid};
 use crate::shape::Shape;
 
 const PLANET_M: f64 = 6.4e6;
-const CELLS: usize = 1000;
-const CELLS_FROM_1: Cells = Cells { count: CELLS, first: 1, numbers: &[] };
+const CELLS: usize = 642;
 const LAYERS: usize = 4;
 
 fn layers(falling: bool) -> Layers {
@@ -47,6 +47,7 @@ fn field(values: Reals, shape: Shape) -> Field {
 
 #[test]
 fn radii_are_those_of_the_definition_in_every_layout() {
+    let grid = icosahedral_grid(3);
     for (shape, falling, exaggeration) in shapes().into_iter().flat_map(|s| [(s, false, 1.0), (s, true, 50.0)]) {
         let wide = laid_out(&shape, falling, |cell, _| cell == 77);
         let narrow: Vec<f32> = wide.iter().map(|v| *v as f32).collect();
@@ -54,7 +55,7 @@ fn radii_are_those_of_the_definition_in_every_layout() {
         for samples in [Reals::from(wide.as_slice()), narrow.as_slice().into()] {
             for count in [LAYERS, LAYERS - 1] {
                 let mean = layers.for_field(count).unwrap().shell(exaggeration).unwrap();
-                let heights = Heights::new(&field(samples, shape), &layers, CELLS_FROM_1, count, exaggeration).unwrap();
+                let heights = Heights::new(&field(samples, shape), &layers, &grid, count, exaggeration).unwrap();
                 let expected = |cell: usize, layer: usize| {
                     if cell == 77 || cell >= CELLS {
                         return mean[layer];
@@ -88,7 +89,7 @@ fn error(falling: bool, exaggeration: f64, change: impl Fn(&mut [f64])) -> Strin
     let mut values = laid_out(&shape, falling, |_, _| false);
     change(&mut values);
     let field = field(values.as_slice().into(), shape);
-    let error = Heights::new(&field, &layers(falling), CELLS_FROM_1, LAYERS, exaggeration).unwrap_err();
+    let error = Heights::new(&field, &layers(falling), &icosahedral_grid(3), LAYERS, exaggeration).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Layers);
     error.to_string()
 }
@@ -96,31 +97,33 @@ fn error(falling: bool, exaggeration: f64, change: impl Fn(&mut [f64])) -> Strin
 #[test]
 fn bad_heights_are_named_by_the_first_cell_and_the_layer_as_given() {
     let text = error(false, 1.0, |values| {
-        values[4 * 700] = 1e5;
+        values[4 * 600] = 1e5;
         values[4 * 500 + 2] = -1e5;
     });
-    assert!(text.contains("cell 501 (counted from 1), layers 3 and 2 of 4: -100000 m lies below"), "{text}");
+    assert!(text.contains("cell 500 (counted from 0), layers 3 and 2 of 4: -100000 m lies below"), "{text}");
     let text = error(true, 1.0, |values| values[4 * 500 + 1] = -1e5);
-    assert!(text.contains("cell 501 (counted from 1), layers 2 and 3 of 4: -100000 m lies below"), "{text}");
+    assert!(text.contains("cell 500 (counted from 0), layers 2 and 3 of 4: -100000 m lies below"), "{text}");
     for mark in [f64::NAN, f64::INFINITY, -9999.0] {
         let text = error(true, 1.0, |values| values[4 * 3 + 1] = mark);
-        assert!(text.contains("cell 4 (counted from 1), layer 2 of 4: missing, but"), "{text}");
+        assert!(text.contains("cell 3 (counted from 0), layer 2 of 4: missing, but"), "{text}");
     }
     let text = error(false, 50.0, |values| values[4 * 9] = -2e5);
-    assert!(text.contains("cell 10 (counted from 1), heights -200000 to"), "{text}");
+    assert!(text.contains("cell 9 (counted from 0), heights -200000 to"), "{text}");
     assert!(text.contains("are stretched to -10000000 to"), "{text}");
 }
 
 #[test]
 fn cells_that_have_numbers_are_named_by_them() {
-    let numbers: Vec<i64> = (0..CELLS as i64).map(|cell| 7 * cell + 3).collect();
-    let numbered = Cells { numbers: &numbers, ..CELLS_FROM_1 };
-    assert_eq!(numbered.name(500), "cell 3503 of the whole grid");
-    assert_eq!(CELLS_FROM_1.name(500), "cell 501 (counted from 1)");
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let tables = OwnedTables::of_points(mesh.tables().center).unwrap();
+    let cell_number = (0..CELLS as i64).map(|cell| 7 * cell + 3).collect();
+    let numbered = OwnedGrid::new(OwnedTables { cell_number, ..tables }).unwrap();
+    assert_eq!(numbered.grid().cell_name(500), "cell 3503 of the whole grid");
 }
 
 #[test]
 fn heights_of_another_shape_or_place_are_refused() {
+    let grid = icosahedral_grid(3);
     let values = vec![0.0; CELLS * (LAYERS + 1)];
     for (shape, place) in [
         (Shape::level_fastest(CELLS, LAYERS - 1), Location::Center),
@@ -129,12 +132,12 @@ fn heights_of_another_shape_or_place_are_refused() {
         (Shape::level_fastest(CELLS, LAYERS), Location::Corner),
     ] {
         let field = Field::new(values.as_slice().into(), shape, place, None).unwrap();
-        let error = Heights::new(&field, &layers(false), CELLS_FROM_1, LAYERS, 1.0).unwrap_err();
-        let expected = format!("{} columns of {} layers at {place:?}, expected 1000 of 4", shape.columns, shape.layers);
+        let error = Heights::new(&field, &layers(false), &grid, LAYERS, 1.0).unwrap_err();
+        let expected = format!("{} columns of {} layers at {place:?}, expected 642 of 4", shape.columns, shape.layers);
         assert!(error.to_string().contains(&expected), "{error}");
     }
     let field = field(values[..CELLS * LAYERS].into(), Shape::level_fastest(CELLS, LAYERS));
-    let heights = |count| Heights::new(&field, &layers(false), CELLS_FROM_1, count, 1.0);
+    let heights = |count| Heights::new(&field, &layers(false), &grid, count, 1.0);
     assert_eq!(heights(LAYERS - 2).unwrap_err().kind(), ErrorKind::Field);
     assert_eq!(heights(LAYERS).unwrap().radius(5, 3), 1.0, "no thickness at all");
 }

@@ -25,27 +25,8 @@ pub struct Outside<'o, S> {
     pub found: &'o mut [u32],
 }
 
-/// A type of samples whose clear layers are found. As a function of the type the search is compiled in this crate, and
-/// not again, with other optimisations, in crates that use fields.
-pub trait SearchedSample: Sample {
-    /// Finds the values outside of ranges.
-    fn find_outside(samples: &Samples<Self>, outside: Outside<Self>);
-}
-
-impl SearchedSample for f32 {
-    fn find_outside(samples: &Samples<Self>, outside: Outside<Self>) {
-        samples.find(outside);
-    }
-}
-
-impl SearchedSample for f64 {
-    fn find_outside(samples: &Samples<Self>, outside: Outside<Self>) {
-        samples.find(outside);
-    }
-}
-
 impl<S: Sample> Samples<'_, S> {
-    fn find(&self, Outside { level, ranges, bits, first, found }: Outside<S>) {
+    pub(crate) fn find(&self, Outside { level, ranges, bits, first, found }: Outside<S>) {
         match *ranges {
             [a] => dispatch!(level, simd => self.outside_of(simd, &[a], bits, first, found.as_chunks_mut().0)),
             [a, b] => dispatch!(level, simd => self.outside_of(simd, &[a, b], bits, first, found.as_chunks_mut().0)),
@@ -65,15 +46,16 @@ impl<S: Sample> Samples<'_, S> {
         first: usize,
         cells: &mut [[u32; R]],
     ) {
-        let tests = ranges.map(|range| ClearTest { range, fill: self.fill_beside(range) });
-        let stride = self.reading.elements.layer_stride();
+        // Without a mark of missing values, a number outside the range.
+        let tests = ranges.map(|range| ClearTest { range, fill: self.mapping.fill().unwrap_or(range[0].next_down()) });
+        let stride = self.mapping.elements.layer_stride();
         if stride.unsigned_abs() == 1 {
             // In the array's own order.
             let turned: Vec<u32> = bits.iter().rev().copied().collect();
             let bits = if stride > 0 { bits } else { &turned };
             for (i, cell) in cells.iter_mut().enumerate() {
-                let base = self.reading.elements.base(first + i);
-                let start = self.reading.elements.at(base, if stride > 0 { 0 } else { bits.len() - 1 });
+                let base = self.mapping.elements.base(first + i);
+                let start = self.mapping.elements.at(base, if stride > 0 { 0 } else { bits.len() - 1 });
                 let column = &self.data[start..start + bits.len()];
                 for (cell, test) in cell.iter_mut().zip(&tests) {
                     *cell = test.joined(simd, column, bits);
@@ -86,7 +68,7 @@ impl<S: Sample> Samples<'_, S> {
             let (base, count) = self.run(first + done, (cells.len() - done).min(SIDE));
             let mut all = [[0u32; SIDE]; R];
             for (layer, bit) in bits.iter().enumerate() {
-                let start = self.reading.elements.at(base, layer);
+                let start = self.mapping.elements.at(base, layer);
                 let values = &self.data[start..start + count];
                 for (all, test) in all.iter_mut().zip(&tests) {
                     for (all, value) in all.iter_mut().zip(values) {
@@ -107,15 +89,9 @@ impl<S: Sample> Samples<'_, S> {
     /// there.
     #[inline]
     fn run(&self, first: usize, max: usize) -> (isize, usize) {
-        let base = self.reading.elements.base(first);
-        let apart = |i: &usize| self.reading.elements.base(first + i) != base + *i as isize;
+        let base = self.mapping.elements.base(first);
+        let apart = |i: &usize| self.mapping.elements.base(first + i) != base + *i as isize;
         (base, (1..max).find(apart).unwrap_or(max))
-    }
-
-    /// The array's mark of missing values, or a number outside the range if it has none.
-    #[inline]
-    fn fill_beside(&self, [low, _]: Stored<S>) -> S {
-        S::exact(self.reading.fill).filter(|_| self.reading.has_fill).unwrap_or(low.next_down())
     }
 
     /// The values whose normalised values lie inside `range`, ends excluded; `None` if there are none.
@@ -138,12 +114,12 @@ impl<S: Sample> Samples<'_, S> {
 
     #[inline]
     fn normalised(&self, value: S) -> f64 {
-        (value.wide() - self.reading.shift) * self.reading.scale
+        (value.wide() - self.mapping.shift) * self.mapping.scale
     }
 
     #[inline]
     fn raw(&self, normal: f64) -> S {
-        S::near(normal / self.reading.scale + self.reading.shift)
+        S::near(normal / self.mapping.scale + self.mapping.shift)
     }
 }
 
@@ -216,7 +192,7 @@ mod tests {
         [vec![level, cell, padded, apart, turned, backwards], blocks.to_vec()].concat()
     }
 
-    fn check<S: SearchedSample>(values: &[S], reals: Reals, layers: usize, fill: Option<f64>) {
+    fn check<S: Sample>(values: &[S], reals: Reals, layers: usize, fill: Option<f64>) {
         let bits: Vec<u32> = (0..layers).map(|l| 1 << (l / 2) | 1 << (l / 3)).collect();
         for (shape, falling) in shapes(layers).into_iter().flat_map(|shape| [(shape, false), (shape, true)]) {
             let field = Field::new(reals, shape, Location::Center, fill).unwrap();
@@ -225,7 +201,7 @@ mod tests {
             let stored = ranges.map(|range| samples.stored(range).unwrap());
             let mut found = vec![9; 2 * (COLUMNS - 7)];
             let level = Level::new();
-            S::find_outside(&samples, Outside { level, ranges: &stored, bits: &bits, first: 7, found: &mut found });
+            samples.find(Outside { level, ranges: &stored, bits: &bits, first: 7, found: &mut found });
             for (column, &found) in (7..).zip(found.as_chunks().0) {
                 let expected = ranges.map(|[low, high]| {
                     let base = samples.base(column as u32);

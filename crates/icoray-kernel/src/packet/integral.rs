@@ -172,7 +172,7 @@ impl<'p, V: Machine> Integral<'p, V> {
     }
 }
 
-/// `1 - e^-x` for `0 <= x <= 1/2`, as [`Real::absorbed_by_thin`](icoray_grid::real::Real::absorbed_by_thin).
+/// `1 - e^-x` for `0 <= x <= 1/2`, as [`Real::absorbed_by`](icoray_grid::real::Real::absorbed_by).
 #[inline(always)]
 fn absorbed_by_thin<V: Machine>(simd: V, x: Floats<V>) -> Floats<V> {
     const C: [f32; 8] =

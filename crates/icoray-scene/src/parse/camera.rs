@@ -41,7 +41,7 @@ keys! {
 const POSITION: Key = of(Kind::Vector(&["x", "y", "z"]));
 
 pub(super) fn camera(source: &Text, raw: Option<&Spanned<RawCamera>>) -> Result<Camera> {
-    let source = &source.within("camera.");
+    let source = &source.within("camera");
     let absent = RawCamera::default();
     let (span, raw) = raw.map_or((0..0, &absent), |raw| (raw.span(), raw.get_ref()));
     let fov = source.number(raw.fov.as_ref(), "fov")?;

@@ -1,5 +1,6 @@
 //! Fields that are made of others.
 
+use super::each;
 use super::text::Text;
 use crate::keys::{Kind, keys, number, of, word};
 use crate::scenery::{Derivation, How};
@@ -34,32 +35,27 @@ enum Reference {
 }
 
 /// All of them. Each may be made of those above it, none of itself or of those below it.
-pub(super) fn derivations(source: Text, raw: &[Spanned<RawDerivation>]) -> Result<Vec<Derivation>> {
-    let named = raw.iter().map(|raw| {
-        let name = raw.get_ref().name.as_ref();
-        name.ok_or_else(|| source.bad(raw.span(), "name", "is absent, expected a name"))
-    });
-    let spans = named.collect::<Result<Vec<_>>>()?;
-    let names: Vec<&str> = spans.iter().map(|name| name.get_ref().as_str()).collect();
-    let derived = |(i, raw): (usize, &Spanned<RawDerivation>)| {
-        let derived = derivation(&source, spans[i], raw)?;
-        let bad = |what| Err(source.bad(spans[i].span(), "name", what));
-        if names[..i].contains(&names[i]) {
-            return bad(format!("{:?} is derived above already, expected another name", names[i]));
-        }
-        match derived.how.fields().into_iter().find(|field| names[i..].contains(field)) {
-            None => Ok(derived),
-            Some(own) if own == names[i] => bad(format!("{own:?} is also what it is made of, expected another name")),
-            Some(later) => {
-                bad(format!("{:?} is made of {later:?}, which is derived below; expected it above", names[i]))
-            }
-        }
-    };
-    raw.iter().enumerate().map(derived).collect()
+pub(super) fn derivations(source: &Text, raw: &[Spanned<RawDerivation>]) -> Result<Vec<Derivation>> {
+    let derived = each(source, "derive", raw, derivation)?;
+    let names: Vec<&str> = derived.iter().map(|derived| derived.name.as_str()).collect();
+    for (i, derived) in derived.iter().enumerate() {
+        let name = &derived.name;
+        let later = derived.how.fields().into_iter().find(|field| names[i..].contains(field));
+        let what = match later {
+            _ if names[..i].contains(&names[i]) => format!("{name:?} is derived above already, expected another name"),
+            Some(own) if own == name => format!("{own:?} is also what it is made of, expected another name"),
+            Some(later) => format!("{name:?} is made of {later:?}, which is derived below; expected it above"),
+            None => continue,
+        };
+        let span = raw[i].get_ref().name.as_ref().map_or(raw[i].span(), Spanned::span);
+        return Err(source.bad(span, "derive.name", what));
+    }
+    Ok(derived)
 }
 
-fn derivation(source: &Text, name: &Spanned<String>, raw: &Spanned<RawDerivation>) -> Result<Derivation> {
+fn derivation(source: &Text, raw: &Spanned<RawDerivation>) -> Result<Derivation> {
     let (span, raw) = (raw.span(), raw.get_ref());
+    let Some(name) = &raw.name else { return Err(source.bad(span, "name", "is absent, expected a name")) };
     let name = source.name(name, "name")?;
     let how = match (&raw.magnitude, &raw.sum, &raw.anomaly) {
         (Some(fields), None, None) => magnitude(source, fields)?,

@@ -54,7 +54,6 @@ fn elsewhere(key: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icoray_grid::ErrorKind;
 
     #[test]
     fn near_words_are_found_and_others_are_not() {
@@ -68,14 +67,5 @@ mod tests {
         ] {
             assert_eq!(nearest(found, words), expected, "{found}");
         }
-    }
-
-    #[test]
-    fn hints_precede_the_list_of_known_words() {
-        let error = |text: &str| with_hint(&Error::new(ErrorKind::Scene, text)).to_string();
-        let unknown = "line 1: unknown field `feild`, expected one of `field`, `every`";
-        assert!(error(unknown).contains("`feild` (did you mean `field`?), expected one of"), "{}", error(unknown));
-        assert!(!error("line 1: unknown field `xyz`, expected one of `field`, `every`").contains("mean"));
-        assert!(!error("`a` is no `b`").contains("mean"));
     }
 }

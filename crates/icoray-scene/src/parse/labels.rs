@@ -40,14 +40,13 @@ pub(super) fn labels(source: &Text, raw: &RawLabels) -> Result<Option<Labels>> {
             Labels::title(title.get_ref()).map_err(|e| source.bad(title.span(), "labels.title", e.context()))?
         }
     };
-    let color = source.color_or_auto(raw.color.as_ref(), "labels.color")?;
     let labels = Labels {
         title,
         name: raw.name.clone(),
         units: raw.units.clone(),
         place: raw.place,
         size: source.number(raw.size.as_ref(), "labels.size")?,
-        color,
+        color: raw.color.as_ref().map_or(Ok(None), |color| source.color_or_word(color, "labels.color"))?,
         bar: raw.bar.unwrap_or(true),
         scale_note: raw.scale.unwrap_or(true),
         error_note: raw.error,

@@ -79,6 +79,8 @@ fn a_good_scene_is_read() {
 fn settings_of_the_renderer_are_read() {
     let plain = parsed(GOOD);
     assert_eq!((plain.backend, &plain.device, plain.ranks), (Backend::Auto, &None, Scheme::Auto));
+    assert_eq!(plain.scenery.heights, Heights::Mean);
+    let native = Scenery { heights: Heights::Native, ..plain.scenery.clone() };
     let [number, name] = [Adapter::Number(2), Adapter::Name("NVIDIA".into())].map(Some);
     for (lines, expected) in [
         ("backend = \"cpu\"", Scene { backend: Backend::Cpu, ..plain.clone() }),
@@ -87,6 +89,8 @@ fn settings_of_the_renderer_are_read() {
         ("ranks = \"auto\"", plain.clone()),
         ("ranks = \"tiles\"", Scene { ranks: Scheme::Tiles, ..plain.clone() }),
         ("ranks = \"fragments\"", Scene { ranks: Scheme::Fragments, ..plain.clone() }),
+        ("heights = \"mean\"", plain.clone()),
+        ("heights = \"native\"", Scene { scenery: native, ..plain.clone() }),
         ("tolerance = 2e-5", Scene { tolerance: 2e-5, ..plain.clone() }),
         ("samples = 6", Scene { samples: 6, ..plain.clone() }),
         ("time_budget_ms = 250", Scene { time_budget_ms: Some(250.0), ..plain.clone() }),

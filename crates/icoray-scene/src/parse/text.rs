@@ -19,7 +19,7 @@ const NOTHING: [&str; 8] = ["none", "no", "off", "null", "nothing", "clear", "em
 #[derive(Clone, Copy)]
 pub(super) struct Text<'t> {
     text: &'t str,
-    /// Prefix of keys in messages, such as `volumes.`
+    /// The section of keys, such as `volumes`; empty at the top.
     section: &'static str,
     /// Whether a program composed the text: messages name keys, not lines.
     is_composed: bool,
@@ -79,7 +79,7 @@ impl<'t> Text<'t> {
         Text { is_composed: true, ..Self::new(text) }
     }
 
-    /// The same where keys are those of a section, whose name ends in a dot.
+    /// The same where keys are those of a section.
     pub fn within(self, section: &'static str) -> Self {
         Text { section, ..self }
     }
@@ -108,10 +108,13 @@ impl<'t> Text<'t> {
         1 + self.text[..span.start.min(self.text.len())].bytes().filter(|b| *b == b'\n').count()
     }
 
+    /// The path of a key; with an empty one, that of the section.
+    fn path(&self, key: &str) -> String {
+        format!("{}.{key}", self.section).trim_matches('.').to_owned()
+    }
+
     pub fn bad(&self, span: Range<usize>, key: &str, what: impl Display) -> Error {
-        // An error of a whole section names that.
-        let key = format!("{}{key}", self.section);
-        let key = key.trim_end_matches('.');
+        let key = self.path(key);
         let line = if self.is_composed { String::new() } else { format!("line {}, ", self.line(&span)) };
         Error::new(ErrorKind::Scene, format!("{line}key {key}: {what}"))
     }
@@ -121,7 +124,7 @@ impl<'t> Text<'t> {
     /// # Panics
     /// If the schema has no such key.
     pub fn schema(&self, key: &str) -> &'static Key {
-        let path = format!("{}{key}", self.section);
+        let path = self.path(key);
         keys::find(&path).unwrap_or_else(|| panic!("{path} is not in the schema"))
     }
 
@@ -198,30 +201,23 @@ impl<'t> Text<'t> {
         raw.map_or(Ok(String::new()), |raw| self.name(raw, key))
     }
 
+    /// A colour; an error also suggests the words that the key may have in place of one.
     pub fn color(&self, raw: &Spanned<String>, key: &str) -> Result<[f64; 3]> {
-        self.color_or_word(raw, key, "")
-    }
-
-    /// A colour; an error also suggests the keyword `word`, unless that is "".
-    fn color_or_word(&self, raw: &Spanned<String>, key: &str, word: &str) -> Result<[f64; 3]> {
         let text = raw.get_ref();
         color::css(text).ok_or_else(|| {
-            let (or, hint) = match word {
-                "" => (String::new(), String::new()),
-                word if word == TRANSPARENT && NOTHING.contains(&text.to_lowercase().as_str()) => {
-                    (format!(", or {word:?}"), format!(" (did you mean {word:?}?)"))
-                }
-                word => (format!(", or {word:?}"), hint::did_you_mean(text, [word])),
-            };
+            let words = self.schema(key).choices();
+            let is_nothing = words == [TRANSPARENT] && NOTHING.contains(&text.to_lowercase().as_str());
+            let hint = hint::did_you_mean(if is_nothing { TRANSPARENT } else { text }, words.iter().copied());
+            let or: String = words.iter().map(|word| format!(", or {word:?}")).collect();
             let what = format!("{text:?}{hint}, expected an opaque CSS colour such as \"#ff8800\"{or}");
             self.bad(raw.span(), key, what)
         })
     }
 
-    /// A colour, or `None` for the word "auto".
-    pub fn color_or_auto(&self, raw: Option<&Spanned<String>>, key: &str) -> Result<Option<[f64; 3]>> {
-        let given = raw.filter(|raw| raw.get_ref() != "auto");
-        given.map(|raw| self.color_or_word(raw, key, "auto")).transpose()
+    /// A colour, or `None` for the word that the key may have in place of one.
+    pub fn color_or_word(&self, raw: &Spanned<String>, key: &str) -> Result<Option<[f64; 3]>> {
+        let is_word = self.schema(key).choices().contains(&raw.get_ref().as_str());
+        if is_word { Ok(None) } else { self.color(raw, key).map(Some) }
     }
 
     /// The error of a word that is not one of the key's choices.
@@ -230,19 +226,5 @@ impl<'t> Text<'t> {
         let quoted: Vec<String> = words.iter().map(|word| format!("{word:?}")).collect();
         let (hint, words) = (hint::did_you_mean(found, words.iter().copied()), keys::alternatives(&quoted));
         self.bad(raw.span(), key, format!("{found:?}{hint}, expected {words}"))
-    }
-
-    /// A colour, or `None` for the word "transparent".
-    pub fn color_or_none(
-        &self,
-        raw: Option<&Spanned<String>>,
-        key: &str,
-        default: Option<[f64; 3]>,
-    ) -> Result<Option<[f64; 3]>> {
-        match raw {
-            None => Ok(default),
-            Some(raw) if raw.get_ref() == TRANSPARENT => Ok(None),
-            Some(raw) => self.color_or_word(raw, key, TRANSPARENT).map(Some),
-        }
     }
 }

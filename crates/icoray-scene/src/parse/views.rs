@@ -17,7 +17,7 @@ use super::{RawScene, checked, expect_keys};
 use crate::keys::Key;
 use crate::name::{NameTemplate, Stamp};
 use crate::scene::Scene;
-use crate::script::{Live, Script, View};
+use crate::script::{Script, View};
 use extras::Names;
 use icoray_grid::{Error, Result};
 use serde::de::DeserializeOwned;
@@ -123,10 +123,12 @@ fn unhinted(source: &Text) -> Result<Script> {
     let mut base = source.table()?;
     expect_keys(base.get_ref())?;
     let live = extras::live(source, base.get_mut())?;
-    let is_async = extras::async_render(source, base.get_mut())?;
-    let Some(views) = base.get_mut().remove("views") else {
-        return Ok(distinct(source, live, vec![view(source, None, base)?])?.rendered_in_background(is_async));
+    let is_async = take::<bool>(source, base.get_mut(), "async_render")?.is_some_and(Spanned::into_inner);
+    let script = |views: Vec<(View, Names)>| {
+        expect_distinct(source, &views)?;
+        Ok(Script { views: views.into_iter().map(|(view, _)| view).collect(), live, is_async })
     };
+    let Some(views) = base.get_mut().remove("views") else { return script(vec![view(source, None, base)?]) };
     let (span, wish) = (views.span(), "expected tables [[views]], each with a name");
     let DeValue::Array(list) = views.into_inner() else { return Err(source.bad(span, "views", wish)) };
     if list.is_empty() {
@@ -151,12 +153,12 @@ fn unhinted(source: &Text) -> Result<Script> {
         let view = view(source, Some(name.clone()), Spanned::new(span, table.into_inner()));
         parsed.push(view.map_err(|e| e.within(format!("view {name:?}")))?);
     }
-    Ok(distinct(source, live, parsed)?.rendered_in_background(is_async))
+    script(parsed)
 }
 
 /// A view of whole keys, and where its files' names stand.
 fn view(source: &Text, name: Option<String>, mut table: Spanned<DeTable>) -> Result<(View, Names)> {
-    let names = extras::names(&table);
+    let names = Names::of(&table);
     let root = table.get_mut();
     let has_every = root.contains_key("every");
     let mut schedule = extras::schedule(source, root)?;
@@ -166,10 +168,10 @@ fn view(source: &Text, name: Option<String>, mut table: Spanned<DeTable>) -> Res
     let sweep = sweep::sweep(source, root, &motion)?;
     let scene: Scene = checked(source, table).map_err(|e| with_all_keys(&e))?;
     schedule.every = has_every.then_some(scene.every);
-    let has_file = names.file.is_some();
+    let has_file = names.has("output.file");
     let mut view = View { name, schedule, conditions, motion, sweep, cinema, concat, scene, has_file };
     if !has_file {
-        view.scene.output.file = view.default_file("{step:06}")?;
+        view.scene.output.file = view.default_file("{step:06}");
     }
     let output = &view.scene.output;
     for (key, template) in [
@@ -184,12 +186,12 @@ fn view(source: &Text, name: Option<String>, mut table: Spanned<DeTable>) -> Res
     Ok((view, names))
 }
 
-/// The script, unless two pictures of a step would be one file, or two views would mix what is kept of them.
-fn distinct(source: &Text, live: Option<Live>, views: Vec<(View, Names)>) -> Result<Script> {
+/// Refuses two pictures of a step that would be one file, and two views that would mix what is kept of them.
+fn expect_distinct(source: &Text, views: &[(View, Names)]) -> Result<()> {
     let stamp = Stamp { date: Some("0001-01-01_00:00:00".into()), ..Stamp::default() };
     let mut files: HashMap<String, &View> = HashMap::new();
     let mut kept: HashMap<String, (&View, String)> = HashMap::new();
-    for (view, names) in &views {
+    for (view, names) in views {
         let bad = |key: &str, other: &View, what: String| {
             let of = if std::ptr::eq(view, other) {
                 "two pictures of a sweep".to_owned()
@@ -215,7 +217,7 @@ fn distinct(source: &Text, live: Option<Live>, views: Vec<(View, Names)>) -> Res
             }
         }
     }
-    Ok(Script::new(views.into_iter().map(|(view, _)| view).collect(), live))
+    Ok(())
 }
 
 /// Series to which a picture is added: the key, the file, and the common property of its pictures.

@@ -1,8 +1,8 @@
 //! Volumes: the short form of one of them, and the list of several.
 
-use super::RawScene;
 use super::text::Text;
 use super::transfer::{self, Gives, OPACITIES, RawTransfer, UNIT_LENGTH, stops, transfer_function};
+use super::{RawScene, each};
 use crate::keys::{Kind, keys, of, section};
 use crate::scenery::{Opacity, Scenery, Volume};
 use crate::transfer::{Knot, TransferFunction};
@@ -33,7 +33,7 @@ keys! {
 }
 
 /// The volumes, in the scene's order; there may be none.
-pub(super) fn volumes(source: Text, raw: &RawScene) -> Result<Vec<Volume>> {
+pub(super) fn volumes(source: &Text, raw: &RawScene) -> Result<Vec<Volume>> {
     if raw.volumes.is_empty() {
         return short(source, raw);
     }
@@ -46,22 +46,20 @@ pub(super) fn volumes(source: Text, raw: &RawScene) -> Result<Vec<Volume>> {
         let what = "expected either field and [transfer] of one volume, or [[volumes]], not both";
         return Err(source.bad(span, key, what));
     }
-    let source = source.within("volumes.");
-    let volume = |raw: &Spanned<RawVolume>| {
+    each(source, "volumes", &raw.volumes, |source, raw| {
         let RawVolume { field, transfer, opacity } = raw.get_ref();
-        volume(&source, raw.span(), field.as_ref(), transfer.as_ref(), opacity.as_ref())
-    };
-    raw.volumes.iter().map(volume).collect()
+        volume(source, raw.span(), field.as_ref(), transfer.as_ref(), opacity.as_ref())
+    })
 }
 
 /// The volume of a scene that has one: by its keys, or because nothing else is shown.
-fn short(source: Text, raw: &RawScene) -> Result<Vec<Volume>> {
+fn short(source: &Text, raw: &RawScene) -> Result<Vec<Volume>> {
     let has_more =
         !(raw.surfaces.is_empty() && raw.isosurfaces.is_empty() && raw.lines.is_empty()) || raw.ground.is_some();
     if raw.transfer.is_none() && raw.opacity.is_none() && has_more {
         return Ok(Vec::new());
     }
-    Ok(vec![volume(&source, 0..0, raw.field.as_ref(), raw.transfer.as_ref(), raw.opacity.as_ref())?])
+    Ok(vec![volume(source, 0..0, raw.field.as_ref(), raw.transfer.as_ref(), raw.opacity.as_ref())?])
 }
 
 fn volume(
@@ -94,16 +92,8 @@ fn opacity(source: &Text, raw: &Spanned<RawOpacity>, field: &str) -> Result<Opac
 }
 
 /// The volume of a scene that shows none: of the scene's field or the first that is shown, transparent.
-pub(super) fn none(source: Text, raw: &RawScene, scenery: &Scenery) -> Result<Volume> {
-    let field = match &raw.field {
-        Some(field) => source.name(field, "field")?,
-        None => first_shown(scenery).unwrap_or_default(),
-    };
-    Ok(Volume::clear(field))
-}
-
-fn first_shown(scenery: &Scenery) -> Option<String> {
-    let mut first = None;
-    scenery.shown_fields(&mut |field| first = first.or((!field.is_empty()).then_some(field)));
-    first.map(str::to_owned)
+pub(super) fn none(source: &Text, raw: &RawScene, scenery: &Scenery) -> Result<Volume> {
+    let named = raw.field.as_ref().map(|field| source.name(field, "field")).transpose()?;
+    let first_shown = || scenery.shown_fields().find(|field| !field.is_empty()).map(str::to_owned);
+    Ok(Volume::clear(named.or_else(first_shown).unwrap_or_default()))
 }

@@ -82,8 +82,8 @@ pub(crate) struct PathError {
 }
 
 impl Path {
-    /// Checks that the keys make a path.
-    pub fn check(keys: &[PathKey]) -> Result<(), PathError> {
+    /// The path along keys, if they make one.
+    pub fn new(clock: Clock, keys: Vec<PathKey>) -> Result<Self, PathError> {
         let error = |key: usize, message: String| Err(PathError { key, message });
         if keys.len() < 2 {
             return error(0, format!("{} keys, expected at least 2", keys.len()));
@@ -98,11 +98,6 @@ impl Path {
                 return error(i + 1, message.into());
             }
         }
-        Ok(())
-    }
-
-    /// The path along keys that [`Path::check`] has passed.
-    pub fn new(clock: Clock, keys: Vec<PathKey>) -> Self {
         let at: Vec<f64> = keys.iter().map(|key| key.at).collect();
         let directions: Vec<DVec3> = keys.iter().map(PathKey::direction).collect();
         let mut velocities = vec![DVec3::ZERO; keys.len()];
@@ -115,7 +110,7 @@ impl Path {
         }
         let slopes_of = |value: fn(&PathKey) -> f64| slopes(&at, &keys.iter().map(value).collect::<Vec<f64>>());
         let slopes = [slopes_of(|key| key.distance.ln()), slopes_of(|key| key.fov_deg)];
-        Path { clock, keys, directions, velocities, slopes }
+        Ok(Path { clock, keys, directions, velocities, slopes })
     }
 
     /// The camera at a step; that of the first or last key before or after it.
@@ -174,8 +169,7 @@ mod tests {
     }
 
     fn path(keys: &[PathKey]) -> Path {
-        Path::check(keys).unwrap();
-        Path::new(Clock::Time, keys.into())
+        Path::new(Clock::Time, keys.into()).unwrap()
     }
 
     fn winding() -> Path {
@@ -229,8 +223,7 @@ mod tests {
 
     #[test]
     fn two_keys_are_joined_by_the_great_arc_and_values_stay_between_them() {
-        let path = path(&[key(0.0, 10.0, 0.0, 2.0, 30.0), key(8.0, 100.0, 0.0, 8.0, 30.0)]);
-        let middle = path.key(4.0);
+        let middle = path(&[key(0.0, 10.0, 0.0, 2.0, 30.0), key(8.0, 100.0, 0.0, 8.0, 30.0)]).key(4.0);
         assert!((middle.lon_deg - 55.0).abs() < 1e-9 && middle.lat_deg.abs() < 1e-9);
         assert!((middle.distance - 4.0).abs() < 1e-9, "halfway between 2 and 8 by factors");
         let winding = winding();
@@ -241,12 +234,12 @@ mod tests {
             assert!((winding.key(key.at).direction().length() - 1.0).abs() < 1e-12);
         }
         // A quick move, then a slow one: it goes on, and does not swing out.
-        let slow = [key(0.0, 0.0, 0.0, 3.0, 30.0), key(0.1, 60.0, 0.0, 3.0, 30.0), key(99.0, 65.0, 0.0, 3.0, 30.0)];
-        let slow = Path::new(Clock::Time, slow.into());
+        let slow =
+            path(&[key(0.0, 0.0, 0.0, 3.0, 30.0), key(0.1, 60.0, 0.0, 3.0, 30.0), key(99.0, 65.0, 0.0, 3.0, 30.0)]);
         let lons: Vec<f64> = (0..=990).map(|i| slow.key(f64::from(i) / 10.0).lon_deg).collect();
         assert!(lons.is_sorted() && lons[990] == 65.0, "{lons:?}");
         // Keys of equal values stay at these.
-        let rests = Path::new(Clock::Time, vec![key(0.0, 5.0, 5.0, 3.0, 40.0), key(1.0, 5.0, 5.0, 3.0, 40.0)]);
+        let rests = path(&[key(0.0, 5.0, 5.0, 3.0, 40.0), key(1.0, 5.0, 5.0, 3.0, 40.0)]);
         let at = rests.key(0.3);
         let moved = at.direction().distance(rests.keys[0].direction());
         assert!(moved < 1e-15 && (at.distance - 3.0).abs() < 1e-14, "{moved} {at:?}");
@@ -260,7 +253,7 @@ mod tests {
             (vec![one, key(0.0, 1.0, 0.0, 3.0, 30.0)], 1, "0 after 0, expected keys in order"),
             (vec![one, key(1.0, 180.0, 0.0, 3.0, 30.0)], 1, "opposite to the key before"),
         ] {
-            let error = Path::check(&keys).unwrap_err();
+            let error = Path::new(Clock::Step, keys).unwrap_err();
             assert!(error.key == number && error.message.contains(part), "{error:?}");
         }
     }

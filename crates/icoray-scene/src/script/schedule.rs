@@ -20,25 +20,18 @@ fn has_reached(clock_s: f64, time_s: f64) -> bool {
 
 impl Schedule {
     pub fn is_due(&self, now: &Stamp, before: Option<&Stamp>) -> bool {
-        self.names(now.step) || self.is_everything() || self.reaches(now, before)
-    }
-
-    fn names(&self, step: i64) -> bool {
-        self.every.is_some_and(|every| step % i64::from(every.max(1)) == 0) || self.steps.contains(&step)
-    }
-
-    fn is_everything(&self) -> bool {
-        self.every.is_none() && self.steps.is_empty() && self.times_s.is_empty()
-    }
-
-    fn reaches(&self, now: &Stamp, before: Option<&Stamp>) -> bool {
+        let Schedule { every, steps, times_s } = self;
         let before_s = match before {
             Some(before) => before.time_s,
             // Of equal steps from 0; what lies farther back is the run's that this one goes on with.
             None if now.step > 1 => now.time_s - now.time_s / now.step as f64,
             None => f64::NEG_INFINITY,
         };
-        self.times_s.iter().any(|&time| has_reached(now.time_s, time) && !has_reached(before_s, time))
+        let is_everything = every.is_none() && steps.is_empty() && times_s.is_empty();
+        is_everything
+            || every.is_some_and(|every| now.step % i64::from(every.max(1)) == 0)
+            || steps.contains(&now.step)
+            || times_s.iter().any(|&time| has_reached(now.time_s, time) && !has_reached(before_s, time))
     }
 }
 
@@ -54,12 +47,8 @@ mod tests {
     fn due(schedule: &Schedule, first: i64, times: &[f64]) -> Vec<i64> {
         let steps: Vec<Stamp> = (first..).zip(times).map(|(step, time)| stamp(step, *time)).collect();
         let before = std::iter::once(None).chain(steps.iter().map(Some));
-        steps
-            .iter()
-            .zip(before)
-            .filter(|(now, before)| schedule.is_due(now, *before))
-            .map(|(now, _)| now.step)
-            .collect()
+        let due = steps.iter().zip(before).filter(|(now, before)| schedule.is_due(now, *before));
+        due.map(|(now, _)| now.step).collect()
     }
 
     fn at_times(times_s: &[f64]) -> Schedule {

@@ -7,8 +7,6 @@ use crate::scene::Scene;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Sweep {
     pub axes: Vec<Axis>,
-    /// The camera's values that are not swept; `Some` if its position is swept.
-    pub place: Option<CameraPlace>,
 }
 
 /// A list of values, at least one.
@@ -19,15 +17,6 @@ pub(crate) enum Axis {
     Distance(Vec<f64>),
     Exaggeration(Vec<f64>),
     Field(Vec<String>),
-}
-
-/// A camera above a place, as [`Camera::above`] has it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct CameraPlace {
-    pub lon_deg: f64,
-    pub lat_deg: f64,
-    pub distance: f64,
-    pub fov_deg: f64,
 }
 
 impl Axis {
@@ -89,22 +78,18 @@ impl Sweep {
 
     /// Applies a combination to the scene.
     pub fn apply(&self, scene: &mut Scene, numbers: &[usize]) {
-        let mut place = self.place;
+        let [mut lon, mut lat, mut distance, fov] = scene.camera.place();
         for (axis, &number) in self.axes.iter().zip(numbers) {
-            match (axis, &mut place) {
-                (Axis::Lon(lon), Some(place)) => place.lon_deg = lon[number],
-                (Axis::Lat(lat), Some(place)) => place.lat_deg = lat[number],
-                (Axis::Distance(distance), Some(place)) => place.distance = distance[number],
-                (Axis::Exaggeration(exaggeration), _) => scene.exaggeration = exaggeration[number],
-                (Axis::Field(field), _) => scene.volumes[0].field.clone_from(&field[number]),
-                (Axis::Lon(_) | Axis::Lat(_) | Axis::Distance(_), None) => {
-                    unreachable!("a camera that is swept has a place")
-                }
+            match axis {
+                Axis::Lon(values) => lon = values[number],
+                Axis::Lat(values) => lat = values[number],
+                Axis::Distance(values) => distance = values[number],
+                Axis::Exaggeration(values) => scene.exaggeration = values[number],
+                Axis::Field(names) => scene.volumes[0].field.clone_from(&names[number]),
             }
         }
-        if let Some(CameraPlace { lon_deg, lat_deg, distance, fov_deg }) = place {
-            let camera = Camera::above(lon_deg, lat_deg, distance, fov_deg);
-            scene.camera = camera.expect("swept numbers are finite and in range");
+        if self.axes.iter().any(Axis::is_of_camera) {
+            scene.camera = Camera::above(lon, lat, distance, fov).expect("swept numbers are finite and in range");
         }
     }
 

@@ -3,9 +3,10 @@
 use fearless_simd::Level;
 use icoray_grid::Grid;
 use icoray_grid::array::MapInline;
+use icoray_grid::gradient::PreparedSample;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::real::Real;
-use icoray_grid::samples::{Outside, Samples, SearchedSample, Stored};
+use icoray_grid::samples::{Outside, Samples, Stored};
 use icoray_kernel::empty_space_skipping::{clear_knots, clear_ranges};
 use icoray_kernel::transfer::Spans;
 use rayon::prelude::*;
@@ -33,7 +34,7 @@ pub(crate) struct OccupancyTest<'a, S> {
 }
 
 /// The values of a field in `range` that are clear.
-pub(crate) fn clear_values<T: Real, S: SearchedSample>(
+pub(crate) fn clear_values<T: Real, S: PreparedSample>(
     spans: &Spans<T>,
     samples: &Samples<S>,
     range: Option<[f64; 2]>,
@@ -47,7 +48,7 @@ pub(crate) fn clear_values<T: Real, S: SearchedSample>(
     ranges.chain(knots).collect()
 }
 
-impl<S: SearchedSample> OccupancyTest<'_, S> {
+impl<S: PreparedSample> OccupancyTest<'_, S> {
     /// The visible blocks; reuses `memory`.
     pub fn visible(&self, memory: OccupancyMask) -> OccupancyMask {
         let clear = self.frequent();

@@ -95,12 +95,13 @@ impl Model {
         renderer.render(scene, &self.grid, &self.layers, self.fields()).unwrap()
     }
 
+    pub fn draw_over(&self, renderer: &Renderer, scene: &Scene, ranks: &mut Ranks) -> Result<Rendered, Error> {
+        renderer.render_over(ranks, scene, &self.grid, &self.layers, self.fields())
+    }
+
     /// Over ranks of one thread each, which all have the whole grid.
     pub fn draw_on(&self, scene: &Scene, ranks: usize) -> (Frame, Vec<FrameReport>) {
-        let renderer = || Renderer::new(1).unwrap();
-        picture(on_ranks(ranks, |ranks| {
-            renderer().render_over(ranks, scene, &self.grid, &self.layers, self.fields()).unwrap()
-        }))
+        picture(on_ranks(ranks, |ranks| self.draw_over(&Renderer::new(1).unwrap(), scene, ranks).unwrap()))
     }
 
     /// Checks that pixels, errors and reports are the same on any threads and ranks, and returns the picture.

@@ -75,6 +75,8 @@ fn degrees_and_the_other_base_are_recognised() {
     other.cell_corner = add_one(&mesh.cell_corner);
     let error = Grid::new(other.tables()).unwrap_err().to_string();
     assert!(error.ends_with("; numbers begin at 1: set index_base = 1"), "{error}");
+    let grid = Grid::new(GridTables { index_base: 1, ..other.tables() }).unwrap();
+    assert_eq!(grid.cell_name(50), "cell 51 (counted from 1)");
     // Other faults are not explained so.
     let mut other = mesh.clone();
     other.corner_cell.swap(0, 60);

@@ -1,4 +1,4 @@
-//! Fields made of others, and heights.
+//! Fields made of others.
 
 use super::*;
 use crate::scenery::{Derivation, How};
@@ -41,15 +41,6 @@ fn derived_fields_may_be_made_of_those_above() {
     let mut turned = scene.clone();
     turned.scenery.derived.swap(0, 1);
     assert_eq!(turned.model_fields(), ["speed"]);
-}
-
-#[test]
-fn heights_are_mean_or_native() {
-    assert_eq!(derived("").scenery.heights, Heights::Mean);
-    for (word, heights) in [("mean", Heights::Mean), ("native", Heights::Native)] {
-        let text = format!("field = \"a\"\nheights = \"{word}\"\n{CAMERA}{SHOWN}");
-        assert_eq!(Scene::parse(&text).unwrap().scenery.heights, heights);
-    }
 }
 
 #[test]

@@ -10,20 +10,23 @@ fn shown(text: &str) -> Scenery {
 #[test]
 fn lines_show_a_pattern_somewhere() {
     let lines = |keys: &str| {
-        let scenery = shown(&format!("[[lines]]\npattern = \"coast\"\n{keys}"));
+        let scenery = shown(&format!("[[lines]]\n{keys}"));
         assert_eq!(scenery.lines.len(), 1);
         scenery.lines[0].clone()
     };
-    let plain = Lines {
-        pattern: Pattern::Coast,
-        on: Level::Ground,
-        color: [1.0; 3],
-        width_px: 1.0,
-        opacity: 1.0,
-        region: None,
-    };
-    assert_eq!(lines(""), plain);
-    assert_eq!(shown("[[lines]]\npattern = \"borders\"").lines[0].pattern, Pattern::Borders);
+    let graticule = |spacing_deg: f64| Pattern::Graticule { spacing_deg };
+    let (pattern, on) = (graticule(30.0), Level::Ground);
+    let plain = Lines { pattern, on, color: [1.0; 3], width_px: 1.0, opacity: 1.0, region: None };
+    for (keys, pattern) in [
+        ("", graticule(30.0)),
+        ("pattern = \"graticule\"\nspacing = 7.5", graticule(7.5)),
+        ("pattern = \"cells\"", Pattern::Cells),
+        ("pattern = \"triangles\"", Pattern::Triangles),
+        ("pattern = \"coast\"", Pattern::Coast),
+        ("pattern = \"borders\"", Pattern::Borders),
+    ] {
+        assert_eq!(lines(keys), Lines { pattern, ..plain.clone() }, "{keys}");
+    }
     for (keys, on) in [
         ("on = \"ground\"", Level::Ground),
         ("on = \"top\"", Level::Top),
@@ -37,15 +40,6 @@ fn lines_show_a_pattern_somewhere() {
     let all = lines("color = \"red\"\nwidth = 0.1\nopacity = 0.75\nregion = { lon = [-10, 40], lat = [30, 60] }");
     let (color, region) = ([1.0, 0.0, 0.0], Some(region));
     assert_eq!(all, Lines { color, width_px: 0.1, opacity: 0.75, region, ..plain });
-}
-
-#[test]
-fn patterns_have_names() {
-    let of = |keys: &str| shown(&format!("[[lines]]\n{keys}\n")).lines[0].pattern.clone();
-    assert_eq!(of("pattern = \"cells\""), Pattern::Cells);
-    assert_eq!(of("pattern = \"triangles\""), Pattern::Triangles);
-    assert_eq!(of("pattern = \"graticule\""), Pattern::Graticule { spacing_deg: 30.0 });
-    assert_eq!(of("pattern = \"graticule\"\nspacing = 7.5"), Pattern::Graticule { spacing_deg: 7.5 });
 }
 
 #[test]

@@ -88,24 +88,18 @@ fn turned(name: &str) -> String {
 }
 
 fn scale(source: &Text, raw: &RawTransfer) -> Result<Scale> {
-    let (word, key) = (raw.scale.as_ref().map(|s| s.get_ref().as_str()), "transfer.threshold");
-    match (word, &raw.threshold) {
-        (Some("symlog"), threshold) => {
-            let Some(threshold) = threshold else {
-                let span = raw.scale.as_ref().map_or(0..0, Spanned::span);
-                let what = "\"symlog\" needs threshold, the value on either side of 0 up to which it is linear";
-                return Err(source.bad(span, "transfer.scale", what));
-            };
-            Ok(Scale::SymLog { threshold: source.number(Some(threshold), key)? })
+    let linear = Spanned::new(0..0, "linear".to_owned());
+    let (word, key) = (raw.scale.as_ref().unwrap_or(&linear), "transfer.threshold");
+    match (word.get_ref().as_str(), &raw.threshold) {
+        ("symlog", Some(threshold)) => Ok(Scale::SymLog { threshold: source.number(Some(threshold), key)? }),
+        ("symlog", None) => {
+            let what = "\"symlog\" needs threshold, the value on either side of 0 up to which it is linear";
+            Err(source.bad(word.span(), "transfer.scale", what))
         }
         (_, Some(stray)) => Err(source.bad(stray.span(), key, "is valid only with scale = \"symlog\"")),
-        (None | Some("linear"), None) => Ok(Scale::Linear),
-        (Some("log"), None) => Ok(Scale::Log),
-        (Some(other), None) => {
-            let span = raw.scale.as_ref().map_or(0..0, Spanned::span);
-            let other = Spanned::new(span, other.to_owned());
-            Err(source.unknown_word(&other, "transfer.scale"))
-        }
+        ("linear", None) => Ok(Scale::Linear),
+        ("log", None) => Ok(Scale::Log),
+        _ => Err(source.unknown_word(word, "transfer.scale")),
     }
 }
 
@@ -134,18 +128,6 @@ fn is_relative(source: &Text, raw: &RawTransfer, range: ColorRange) -> Result<bo
 
 /// Two numbers, or what of the data they come from.
 fn range(source: &Text, raw: &Spanned<Value>, scale: Scale) -> Result<ColorRange> {
-    let range = any_range(source, raw)?;
-    match range {
-        ColorRange::Fixed(ends) if scale == Scale::Log && ends[0] <= 0.0 => {
-            let ends = numbers::list(&ends);
-            let what = format!("{ends}, expected two positive numbers on a log scale, the lower first");
-            Err(source.bad(raw.span(), "transfer.range", what))
-        }
-        _ => Ok(range),
-    }
-}
-
-fn any_range(source: &Text, raw: &Spanned<Value>) -> Result<ColorRange> {
     let key = "transfer.range";
     let bad = |what: String| source.bad(raw.span(), key, what);
     let Value::Table(table) = raw.get_ref() else {
@@ -154,6 +136,10 @@ fn any_range(source: &Text, raw: &Spanned<Value>) -> Result<ColorRange> {
         let ends = ends.ok_or_else(|| bad(format!("{}, {wish}", shown(raw.get_ref()))))?;
         for end in ends {
             source.in_magnitudes(end, raw.span(), key, &ALONE)?;
+        }
+        if scale == Scale::Log && ends[0] <= 0.0 {
+            let wish = "expected two positive numbers on a log scale, the lower first";
+            return Err(bad(format!("{}, {wish}", numbers::list(&ends))));
         }
         return Ok(ColorRange::Fixed(ends));
     };

@@ -89,11 +89,6 @@ pub fn live(source: &Text, root: &mut DeTable) -> Result<Option<Live>> {
     Ok(Some(Live { port: port.map(|port| port as u16), time_budget_ms }))
 }
 
-/// Whether a running model is to render in the background.
-pub fn async_render(source: &Text, root: &mut DeTable) -> Result<bool> {
-    Ok(take::<bool>(source, root, "async_render")?.is_some_and(Spanned::into_inner))
-}
-
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "expected a condition such as \"max(theta) > 300\", or a list of such")]
 enum RawConditions {
@@ -145,28 +140,27 @@ fn template(source: &Text, raw: &Spanned<String>, key: &str, ending: &str) -> Re
     Ok(template)
 }
 
-/// Where the names of files stand in the text, if they do.
+/// Where the keys of `[output]` stand in the text.
 pub struct Names {
-    pub file: Option<Range<usize>>,
-    /// Of others, by their keys.
-    others: Vec<(&'static str, Range<usize>)>,
+    given: Vec<(String, Range<usize>)>,
     /// The view that they are of.
     view: Range<usize>,
 }
 
 impl Names {
-    /// Where the name stands of which `key` is the whole key.
-    pub fn span(&self, key: &str) -> Range<usize> {
-        let other = self.others.iter().find(|(name, _)| key == *name).map(|(_, span)| span);
-        let file = self.file.as_ref().filter(|_| key == "output.file");
-        file.or(other).unwrap_or(&self.view).clone()
+    pub fn of(table: &Spanned<DeTable>) -> Self {
+        let output = table.get_ref().get("output").and_then(|output| output.get_ref().as_table());
+        let given = output.into_iter().flatten().map(|(key, name)| (format!("output.{}", key.get_ref()), name.span()));
+        Names { given: given.collect(), view: table.span() }
     }
-}
 
-pub fn names(table: &Spanned<DeTable>) -> Names {
-    let output = table.get_ref().get("output").and_then(|output| output.get_ref().as_table());
-    let span = |key: &str| Some(output?.get(key)?.span());
-    let others = [("output.error", "error"), ("output.cinema", "cinema"), ("output.concat", "concat")];
-    let others = others.into_iter().filter_map(|(whole, key)| Some((whole, span(key)?))).collect();
-    Names { file: span("file"), others, view: table.span() }
+    pub fn has(&self, key: &str) -> bool {
+        self.given.iter().any(|(given, _)| given == key)
+    }
+
+    /// Where the name of a key stands, or else the view.
+    pub fn span(&self, key: &str) -> Range<usize> {
+        let found = self.given.iter().find(|(given, _)| given == key);
+        found.map_or(&self.view, |(_, span)| span).clone()
+    }
 }

@@ -65,7 +65,7 @@ pub fn motion(source: &Text, root: &mut DeTable) -> Result<Motion> {
 }
 
 fn orbit(source: &Text, raw: &Spanned<RawOrbit>) -> Result<Orbit> {
-    let (source, span, raw) = (source.within("camera.orbit."), raw.span(), raw.get_ref());
+    let (source, span, raw) = (source.within("camera.orbit"), raw.span(), raw.get_ref());
     let per_step = source.optional_number(raw.degrees_per_step.as_ref(), "degrees_per_step")?;
     let turn = source.optional_number(raw.turn.as_ref(), "turn")?;
     let steps = source.optional_number(raw.steps.as_ref(), "steps")?;
@@ -94,7 +94,7 @@ fn path(source: &Text, camera: &mut DeTable, span: Range<usize>) -> Result<Path>
         return Err(source.bad(stray.span(), KEY, "its keys have the places, expected no other one"));
     }
     let first = camera.get("path").and_then(|path| path.get_ref().get(0)).map(Spanned::get_ref).cloned();
-    let of_camera = &source.within("camera.");
+    let of_camera = &source.within("camera");
     let number = |camera: &DeTable, key: &str| take::<f64>(of_camera, &mut camera.clone(), key);
     let defaults = KeyDefaults {
         distance: distance(of_camera, number(camera, "distance")?.as_ref(), number(camera, "altitude")?.as_ref())?,
@@ -106,7 +106,7 @@ fn path(source: &Text, camera: &mut DeTable, span: Range<usize>) -> Result<Path>
         None => Clock::Step,
     });
     let keys = raw.iter().map(|raw| key(source, raw, clock, &defaults)).collect::<Result<Vec<PathKey>>>()?;
-    Path::check(&keys).map_err(|PathError { key, message }| {
+    let path = Path::new(clock, keys).map_err(|PathError { key, message }| {
         let span = raw.get(key).map_or(span, Spanned::span);
         source.bad(span, KEY, message)
     })?;
@@ -119,11 +119,11 @@ fn path(source: &Text, camera: &mut DeTable, span: Range<usize>) -> Result<Path>
         });
         camera.extend(of_place);
     }
-    Ok(Path::new(clock, keys))
+    Ok(path)
 }
 
 fn key(source: &Text, raw: &Spanned<RawKey>, clock: Clock, defaults: &KeyDefaults) -> Result<PathKey> {
-    let (source, span, raw) = (&source.within("camera.path."), raw.span(), raw.get_ref());
+    let (source, span, raw) = (&source.within("camera.path"), raw.span(), raw.get_ref());
     let bad = |what: &str| source.bad(span.clone(), "", what);
     let at = match (clock, &raw.step, &raw.time) {
         (Clock::Step, Some(step), None) => *step.get_ref() as f64,

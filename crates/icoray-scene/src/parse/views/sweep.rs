@@ -1,10 +1,9 @@
 //! Lists whose product is drawn: `[sweep]`.
 
-use super::{MAX_PICTURES, section, take};
+use super::{MAX_PICTURES, section};
 use crate::keys::{Key, Kind, keys, of};
-use crate::parse::camera::{distance, whole_planet};
 use crate::parse::text::Text;
-use crate::script::{Axis, CameraPlace, Motion, Sweep};
+use crate::script::{Axis, Motion, Sweep};
 use icoray_grid::Result;
 use serde::Deserialize;
 use toml::Spanned;
@@ -51,12 +50,9 @@ pub fn sweep(source: &Text, root: &mut DeTable, motion: &Motion) -> Result<Sweep
     if axes.is_empty() {
         return Err(bad("nothing, expected lists of lon, lat, distance, exaggeration or field"));
     }
-    let mut sweep = Sweep { place: None, axes };
+    let sweep = Sweep { axes };
     if sweep.count() > MAX_PICTURES {
         return Err(bad(&format!("{} pictures of each step, expected at most {MAX_PICTURES}", sweep.count())));
-    }
-    if sweep.axes.iter().any(Axis::is_of_camera) {
-        sweep.place = Some(place(source, root)?);
     }
     Ok(sweep)
 }
@@ -117,19 +113,4 @@ fn axis(source: &Text, name: &str, list: Spanned<DeValue>) -> Result<Axis> {
     expect_some(numbers.len())?;
     let checked = numbers.iter().map(|number| source.number(Some(number), &key));
     checked.collect::<Result<Vec<f64>>>().map(axis)
-}
-
-/// The camera's place as the scene gives it.
-fn place(source: &Text, root: &mut DeTable) -> Result<CameraPlace> {
-    let mut camera = section(root, "camera").map_or_else(DeTable::new, |camera| camera.clone());
-    let source = &source.within("camera.");
-    let mut raw = |key: &str| take::<f64>(source, &mut camera, key);
-    let fov_deg = source.number(raw("fov")?.as_ref(), "fov")?;
-    let distance = distance(source, raw("distance")?.as_ref(), raw("altitude")?.as_ref())?;
-    Ok(CameraPlace {
-        lon_deg: source.number(raw("lon")?.as_ref(), "lon")?,
-        lat_deg: source.number(raw("lat")?.as_ref(), "lat")?,
-        distance: distance.unwrap_or_else(|| whole_planet(fov_deg)),
-        fov_deg,
-    })
 }

@@ -4,6 +4,7 @@ use super::*;
 use crate::camera::Camera;
 use crate::parse::tests::assert_says;
 use crate::scene::LightSource;
+use crate::script::Live;
 use icoray_grid::ErrorKind;
 
 const BASE: &str = r##"field = "theta"
@@ -50,7 +51,7 @@ fn a_file_without_views_is_a_script_of_its_scene() {
     let scene = Scene::parse(BASE).unwrap();
     // A scene does not say whether its file names the pictures.
     let view = View { has_file: false, ..Script::from(scene.clone()).views()[0].clone() };
-    assert_eq!(script, Script::new(vec![view], None));
+    assert_eq!(script, Script { views: vec![view], live: None, is_async: false });
     assert_eq!(shots(BASE, 12), [scene]);
     for empty in ["", " \n\t\r\n", "# nothing to draw\n   # today"] {
         assert_eq!(Script::parse_optional(empty).unwrap(), None, "{empty:?}");
@@ -331,7 +332,7 @@ fn default_names_contain_the_date_if_requested() {
     )
     .replace("lat = 45.0\n", "");
     let mut script = parse(&text);
-    script.name_by_date().unwrap();
+    script.name_by_date();
     let name = |date: Option<&str>| {
         let stamp = Stamp { step: 3, date: date.map(String::from), ..Stamp::default() };
         let shots = script.views().iter().flat_map(|view| view.shots(&stamp));

@@ -12,7 +12,7 @@ use fearless_simd::Level as VectorLevel;
 use icoray_grid::gradient::{self, GradientOptions, Gradients, PartialGradients, PreparedSample};
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::real::Real;
-use icoray_grid::samples::{Samples, SearchedSample};
+use icoray_grid::samples::Samples;
 use icoray_grid::{Reals, Result};
 use icoray_kernel::PacketScene;
 use icoray_kernel::general::{
@@ -287,7 +287,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         all.unzip()
     }
 
-    fn visible_of<S: SearchedSample>(
+    fn visible_of<S: PreparedSample>(
         &self,
         data: &[S],
         source: usize,

@@ -28,10 +28,8 @@ impl<'f> Terrain<'f> {
             return Ok(Terrain { levels, core_radius: [inner, inner], outer, key: None });
         };
         let checked = ranks.attempt(|| {
-            let cells =
-                heights::Cells { count: grid.cells(), first: grid.tables().index_base, numbers: grid.cell_numbers() };
             renderer.run(|| {
-                let heights = heights::Heights::new(&given.field(), layers, cells, radius.len(), scene.exaggeration)?;
+                let heights = heights::Heights::new(&given.field(), layers, grid, radius.len(), scene.exaggeration)?;
                 let lowest = (0..grid.cells() as u32).into_par_iter().map(|cell| heights.radius(cell, 0));
                 // Cells that are not in this grid have the mean heights.
                 let lowest = lowest

@@ -1,6 +1,6 @@
 //! Pictures of which a device traces some tiles: each pixel is the device's or the CPU's.
 
-use crate::common::{OneField, at_centers, columns_of, on_nodes, on_ranks, picture};
+use crate::common::{Model, at_centers, columns_of, even_heights, on_nodes, on_ranks, picture};
 use icoray::device::{Band, Device, DeviceCost, DeviceRequest, Devices, FallbackReason, Job, Rect, Traced};
 use icoray::{
     Adapter, Decomposition, DeviceReport, DistributedGrid, Frame, FrameReport, Lights, Owned, PartCells, Renderer,
@@ -109,8 +109,9 @@ impl Device for Painter {
     }
 }
 
-fn world() -> OneField {
-    OneField::new(3, LAYERS, |cell, _, layer| (0.37 * (cell * LAYERS + layer) as f64).sin() + layer as f64)
+fn world() -> Model {
+    let heights = even_heights(LAYERS, 0.05 * (LAYERS - 1) as f64);
+    Model::new(3, &heights, |cell, _, layer| [(0.37 * (cell * LAYERS + layer) as f64).sin() + layer as f64])
 }
 
 fn scene(keys: &str) -> Scene {
@@ -145,7 +146,7 @@ fn count_painted(frame: &Frame, alone: &Frame) -> usize {
 #[test]
 fn tiles_of_a_device_are_shown_and_the_cpu_draws_the_rest() {
     let world = world();
-    let alone = world.draw(&scene(""), 2);
+    let alone = world.draw(&scene(""));
     assert_eq!(count_painted(&alone, &alone), 0);
     let all = (SIZE.0 * SIZE.1) as usize;
     for (manner, painted, word) in [
@@ -207,12 +208,7 @@ fn light_comes_with_gradients_and_a_budget_is_measured_on_the_device() {
 }
 
 /// The picture, and the reports of all ranks, of which each draws with a device of its manner.
-fn over_ranks(
-    world: &OneField,
-    scene: &Scene,
-    manners: &[Option<Manner>],
-    in_columns: bool,
-) -> (Frame, Vec<FrameReport>) {
+fn over_ranks(world: &Model, scene: &Scene, manners: &[Option<Manner>], in_columns: bool) -> (Frame, Vec<FrameReport>) {
     picture(on_ranks(manners.len(), |ranks| {
         let (rank, size, grid) = (ranks.rank(), ranks.size(), &world.grid);
         let renderer = renderer_with(manners[rank].map(|manner| Painter::new(manner) as _));
@@ -221,7 +217,7 @@ fn over_ranks(
         }
         let own: Vec<usize> = (0..world.grid.cells()).filter(|cell| cell % size == rank).collect();
         let global: Vec<i64> = own.iter().map(|cell| *cell as i64).collect();
-        let values = columns_of(&world.values, &own, LAYERS);
+        let values = columns_of(&world.values[0], &own, LAYERS);
         let cells = PartCells { global: global.as_slice().into(), owned: Owned::First(own.len()) };
         let decomposition = Decomposition::new(ranks, grid, &cells).unwrap();
         assert!(matches!(decomposition, Decomposition::Columns(_)), "a part");
@@ -243,7 +239,7 @@ fn renderer_with(device: Option<Arc<dyn Device>>) -> Renderer {
 fn ranks_draw_their_tiles_on_devices() {
     let world = world();
     let scene = scene("");
-    let alone = world.draw(&scene, 1);
+    let alone = world.draw(&scene);
     let all = (SIZE.0 * SIZE.1) as usize;
     for in_columns in [false, true] {
         let both = [Some(Manner::All), Some(Manner::Backwards)];
@@ -280,7 +276,7 @@ impl Devices for Shop {
 #[test]
 fn a_device_is_opened_once_for_scenes_that_ask_alike() {
     let world = world();
-    let alone = world.draw(&scene(""), 1);
+    let alone = world.draw(&scene(""));
     let shop = Arc::new(Shop::default());
     let renderer = Renderer::new(1).unwrap().with_devices(Arc::clone(&shop) as _);
     let all = (SIZE.0 * SIZE.1) as usize;
@@ -305,7 +301,7 @@ fn a_device_is_opened_once_for_scenes_that_ask_alike() {
             if reason.is_none_or(|reason| !keys.contains(reason)) {
                 assert_eq!(count_painted(&frame, &alone), if is_drawn { all } else { 0 }, "{keys}");
             } else {
-                assert_eq!(frame.pixels, world.draw(&scene(keys), 1).pixels, "{keys}");
+                assert_eq!(frame.pixels, world.draw(&scene(keys)).pixels, "{keys}");
             }
             let asked = shop.0.lock().unwrap();
             assert!(asked.len() == opened || asked.len() == 4, "{keys}: {asked:?}");
