@@ -201,15 +201,17 @@ impl<const SCENE: bool> Layers for Concentric<'_, SCENE> {
     }
 
     fn interpolant<V: Machine, const N: usize>(
-        &self,
         lanes: &Lanes<V>,
         lane: usize,
         frame: &PacketFrame<'_>,
         crossing: &Crossing<V, ConcentricEnd<V>>,
-    ) -> FrustumInterpolant<f32, N> {
+    ) -> Option<FrustumInterpolant<f32, N>> {
+        if SCENE {
+            return None;
+        }
         let weights = lanes.weights.map(|end| end.map(|row| row[lane]));
         let [low, high] = lanes.vertices(lane, frame).map(|vertices| Chord::over(vertices, &weights));
         let [from, to] = [lanes.place[lane], crossing.end.place[lane]].map(|place| low.mix(high, place));
-        from.interpolant(&to, [lanes.tau[lane], crossing.end.tau[lane]], crossing.eps[lane])
+        Some(from.interpolant(&to, [lanes.tau[lane], crossing.end.tau[lane]], crossing.eps[lane]))
     }
 }

@@ -92,14 +92,16 @@ pub(super) trait Layers: Copy {
     /// layers, or to the column's exit: then it returns true.
     fn skip<V: Machine>(&self, lanes: &mut Lanes<V>, lane: usize, visible: &OccupancyMask) -> bool;
 
-    /// Value, and gradient where `N` is 4, along the frustum of a lane, in scalar code.
+    /// Value, and gradient where `N` is 4, along the frustum of a lane, in scalar code; `None` with [`Self::HAS_SCENE`],
+    /// where single rays pass such frusta.
     fn interpolant<V: Machine, const N: usize>(
-        &self,
-        lanes: &Lanes<V>,
-        lane: usize,
-        frame: &PacketFrame<'_>,
-        crossing: &Crossing<V, Self::End<V>>,
-    ) -> FrustumInterpolant<f32, N>;
+        _: &Lanes<V>,
+        _: usize,
+        _: &PacketFrame<'_>,
+        _: &Crossing<V, Self::End<V>>,
+    ) -> Option<FrustumInterpolant<f32, N>> {
+        None
+    }
 }
 
 impl<V: Machine> Lanes<V> {

@@ -10,14 +10,12 @@
 //! With `x = (ψ - 1)/(ψ - ψ')` the value is `(1 - x) N + x N'`, where `N = Σ (α/R)·g` of the values g on the lower layer
 //! and N' on the upper one are linear along the ray: [`NativeWay`].
 
-use super::frame::PacketFrame;
 use super::heights::{Corners, HeightTable};
 use super::lanes::{Lanes, lanes_of};
 use super::layers::{Crossing, Layers, next_shown};
 use super::medium::number;
-use super::native_way::{LaneWay, NativeWay};
+use super::native_way::NativeWay;
 use super::part::all;
-use crate::lit::FrustumInterpolant;
 use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
 use icoray_grid::heights::Heights;
@@ -294,16 +292,6 @@ impl Layers for Native<'_> {
         lanes.u.set(lane, u);
         lanes.place[lane] = if is_rising { 0.0 } else { 1.0 };
         false
-    }
-
-    fn interpolant<V: Machine, const N: usize>(
-        &self,
-        lanes: &Lanes<V>,
-        lane: usize,
-        frame: &PacketFrame<'_>,
-        crossing: &Crossing<V, NativeEnd<V>>,
-    ) -> FrustumInterpolant<f32, N> {
-        LaneWay::of(&crossing.end.way, lane).interpolant(&lanes.vertices(lane, frame))
     }
 }
 

@@ -245,15 +245,12 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     #[inline(never)]
     fn scalar_frusta(&mut self, lanes: u32, crossing: &Crossing<V, L::End<V>>) {
         for lane in lanes_of(lanes) {
-            if self.scene.is_some() {
-                self.scene_frustum(lane, crossing);
-                self.counts.scalar_pieces += 1;
-                continue;
-            }
-            let Some(mut ray) = self.ray(lane) else { continue };
-            let interpolant: FrustumInterpolant<_, N> =
-                self.layers.interpolant(&self.lanes, lane, self.frame, crossing);
             self.counts.scalar_pieces += 1;
+            let Some(interpolant) = L::interpolant::<V, N>(&self.lanes, lane, self.frame, crossing) else {
+                self.scene_frustum(lane, crossing);
+                continue;
+            };
+            let Some(mut ray) = self.ray(lane) else { continue };
             let segment = interpolant.segment(crossing.length[lane]);
             if segment.is_void() {
                 self.counts.void_frusta += 1;
