@@ -1,32 +1,17 @@
 //! One frustum of a ray: cuts its interpolant at the knots of the transfer function, and integrates the pieces.
 
-use crate::budget::Budget;
 use crate::column::Flow;
+use crate::general::RaySettings;
 use crate::lit::{FrustumInterpolant, Lit};
 use crate::piece::{ErrorBudget, Radiance, integrate};
 use crate::roundoff::{KnotCrossing, MediumSample, Roundoff};
 use crate::segment::Segment;
-use crate::shade::{RayShading, Shading};
+use crate::shade::RayShading;
 use crate::transfer::Spans;
 use glam::DVec3;
 use icoray_grid::array::partition_point;
 use icoray_grid::real::{Real, lerp};
 use icoray_scene::Method;
-
-/// Inputs of the integral of one volume, the same for all rays of a frame.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct VolumeRules<'v, T> {
-    /// The transfer function.
-    pub spans: &'v Spans<T>,
-    /// The rule of integration.
-    pub method: Method,
-    /// When set, pieces are not cut where the gradient turns.
-    pub is_coarse: bool,
-    /// Division of the tolerance along a ray.
-    pub budget: Budget,
-    /// Lighting; `None` shows the transfer function's own colours.
-    pub shading: Option<Shading>,
-}
 
 /// The light of a volume along one ray.
 #[derive(Debug, Clone, Copy)]
@@ -51,10 +36,10 @@ pub(crate) struct VolumeRay<'v, T> {
 }
 
 impl<'v, T: Real> VolumeRay<'v, T> {
-    /// No light yet, of a ray along `dir`.
+    /// No light yet, of a ray along `dir` through a volume of this transfer function.
     #[inline]
-    pub fn new(rules: &VolumeRules<'v, T>, dir: DVec3) -> Self {
-        let VolumeRules { spans, method, is_coarse, ref budget, ref shading } = *rules;
+    pub fn new(spans: &'v Spans<T>, rays: &RaySettings, dir: DVec3) -> Self {
+        let RaySettings { method, is_coarse, ref budget, ref shading, .. } = *rays;
         VolumeRay {
             spans,
             method,

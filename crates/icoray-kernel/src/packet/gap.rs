@@ -7,7 +7,7 @@ use super::layers::{Crossing, Layers, next_shown};
 use super::medium::number;
 use super::part::all;
 use super::read::ConcentricWay;
-use crate::column::{Chord, Shell};
+use crate::column::{Chord, Shell, Values};
 use crate::lit::FrustumInterpolant;
 use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
@@ -210,7 +210,18 @@ impl<const SCENE: bool> Layers for Concentric<'_, SCENE> {
             return None;
         }
         let weights = lanes.weights.map(|end| end.map(|row| row[lane]));
-        let [low, high] = lanes.vertices(lane, frame).map(|vertices| Chord::over(vertices, &weights));
+        let (upper, layers) = (lanes.gap[lane] as usize, frame.packets.shell.layers());
+        let [low, high] = [upper - 1, upper].map(|layer| {
+            let vertex = |cell: u32| {
+                let mut values: Values<f32, N> = [0.0; N];
+                values[0] = frame.packets.source.value(cell, layer);
+                if N == 4 {
+                    values[1..].copy_from_slice(&frame.gradients.at(cell as usize * layers + layer));
+                }
+                values
+            };
+            Chord::over(lanes.cells.map(|row| vertex(row[lane])), &weights)
+        });
         let [from, to] = [lanes.place[lane], crossing.end.place[lane]].map(|place| low.mix(high, place));
         Some(from.interpolant(&to, [lanes.tau[lane], crossing.end.tau[lane]], crossing.eps[lane]))
     }

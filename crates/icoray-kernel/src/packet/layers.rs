@@ -5,7 +5,6 @@ use super::frame::PacketFrame;
 use super::lanes::Lanes;
 use super::medium::number;
 use super::read::{Course, Vertices};
-use crate::column::Values;
 use crate::lit::FrustumInterpolant;
 use fearless_simd::prelude::*;
 use icoray_grid::occupancy::OccupancyMask;
@@ -115,17 +114,6 @@ impl<V: Machine> Lanes<V> {
         let between = (most << first) & (most >> (number(simd, 31) - last));
         let shows = (blocks & between).simd_ne(0);
         shows | low.simd_eq(0) | high.simd_eq(layers as u32)
-    }
-
-    /// Normalised values, and gradients where `N` is 4, at the vertices of a lane's gap: below and above.
-    pub fn vertices<const N: usize>(&self, lane: usize, frame: &PacketFrame<'_>) -> [[Values<f32, N>; 3]; 2] {
-        let upper = self.gap[lane] as usize;
-        [upper - 1, upper].map(|layer| {
-            [0, 1, 2].map(|k: usize| {
-                let cell = self.cells[k][lane];
-                frame.vertex::<N>(cell, frame.source.value(cell, layer), layer)
-            })
-        })
     }
 }
 

@@ -28,7 +28,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let mut active = inside;
         if new != 0 {
             let way = L::way(&self.lanes, crossing);
-            let source = self.frame.source;
+            let source = &self.frame.packets.source;
             let vertices = source.read(simd, &self.lanes, self.lanes.bases, new);
             let [f0, f1, kappa] = source.normalised(simd, &vertices, &way);
             let read = Part { f0, f1, kappa, eps: crossing.eps, length: crossing.length };
@@ -183,7 +183,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let piece = Piece { part, medium, ends: integral.ends, range, eps };
         let shade = self.lit.shade(simd, common, &piece);
         shade.apply(simd, &piece, self.lit.fraction, light);
-        if self.frame.is_coarse {
+        if self.frame.rays.is_coarse {
             return 0;
         }
         let too_far = shade.too_far(simd, &self.lanes, &piece, self.color_tolerance);
@@ -198,7 +198,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let through = all(self.simd, 1.0) - self.lanes.alpha;
         let ends = through.simd_le(rest).to_bitmask() as u32 & active & !self.ended;
         if ends != 0 {
-            let left_out = through * self.frame.budget.brightest as f32;
+            let left_out = through * self.frame.rays.budget.brightest as f32;
             self.lanes.error = mask::<V>(self.simd, ends).select(self.lanes.error + left_out, self.lanes.error);
             self.ended |= ends;
         }
@@ -207,7 +207,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     /// Lanes of `new` frusta in which a value is missing, and those that scalar code must integrate.
     #[inline(always)]
     fn unusual(&self, vertices: &Vertices<V>, part: &Part<V>, new: u32) -> (u32, u32) {
-        let source = self.frame.source;
+        let source = &self.frame.packets.source;
         let size = part.f0.abs() + part.f1.abs() + part.kappa.abs();
         let is_usual = size.simd_le(LARGEST) & part.eps.abs().simd_lt(LARGEST_EPS);
         let unusual = (!is_usual).to_bitmask() as u32 & new;

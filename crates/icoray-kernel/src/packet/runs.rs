@@ -52,7 +52,7 @@ impl<'o, V: Machine> Runs<'o, V> {
     /// Begins a ray in a lane.
     #[inline]
     pub fn begin(&mut self, lane: usize, line: &RayLine, frame: &PacketFrame<'_>, core_radius: [f64; 2]) {
-        let (is_solid, brightest) = (frame.core.is_some(), frame.budget.brightest);
+        let (is_solid, brightest) = (frame.scene.core.is_some(), frame.rays.budget.brightest);
         let rules = FragmentRules::new(self.region, line, core_radius, is_solid, brightest);
         self.rules[lane % MOST] = rules;
         self.core_by.set(lane, rules.core_by());
@@ -75,13 +75,13 @@ impl<'p, V: Machine, L: Layers, const N: usize> Packet<'p, '_, V, L, N> {
     #[inline]
     pub(super) fn clip(&self) -> Clip<'p> {
         let [lowest, _] = self.core_radius();
-        Clip { outer: self.frame.outer, region: self.runs.as_ref().map(|runs| (runs.region, lowest)) }
+        Clip { outer: self.frame.scene.outer, region: self.runs.as_ref().map(|runs| (runs.region, lowest)) }
     }
 
     /// Least and greatest radius of the innermost layer.
     #[inline]
     pub(super) fn core_radius(&self) -> [f64; 2] {
-        self.scene.as_ref().map_or([self.frame.shell.inner(); 2], SceneLanes::core_radius)
+        self.scene.as_ref().map_or([self.frame.packets.shell.inner(); 2], SceneLanes::core_radius)
     }
 
     /// Moves the lanes of `entered` outside of the region to their columns' exits. Runs end and begin.

@@ -11,7 +11,7 @@ use super::start::Start;
 use super::{MOST, Packet};
 use crate::column::Flow;
 use crate::counts::Counts;
-use crate::general::{FacetSide, GapWay, Met, RaySettings, RayState, SurfaceHeight};
+use crate::general::{FacetSide, Met, RaySettings, RayState, SurfaceHeight};
 use crate::piece::Radiance;
 use crate::walk::{Column, ColumnEnd};
 use fearless_simd::prelude::*;
@@ -262,8 +262,8 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             (true, true) => FacetSide::Upper,
             (true, false) => FacetSide::Lower,
         };
-        let way = GapWay { gap, ends: [(lanes.u.get(lane), from), (crossing.u.get(lane), to)] };
-        self.follow(lane, |ray, column, triangle| ray.pass_gap(column, triangle, &way));
+        let ends = [(lanes.u.get(lane), from), (crossing.u.get(lane), to)];
+        self.follow(lane, |ray, column, triangle| ray.pass_gap(column, triangle, (gap, ends)));
     }
 
     /// Meets the core in a scene.

@@ -66,7 +66,8 @@ impl Rays<'_> {
                 without(number, None);
                 continue;
             };
-            let Some((side, next_leap)) = first_column(frame.grid, tables, line, hint, &mut self.last_shown) else {
+            let Some((side, next_leap)) = first_column(frame.scene.grid, tables, line, hint, &mut self.last_shown)
+            else {
                 counts.rays += 1;
                 without(number, Some(Radiance::none()));
                 continue;
