@@ -36,29 +36,6 @@ impl<'t, const SCENE: bool> Concentric<'t, SCENE> {
     pub fn new(shell: &'t Shell) -> Option<Self> {
         Some(Concentric { shell, bounds: Pairs::new(shell.bounds())? })
     }
-
-    /// The gaps that contain these heights, as [`Shell::gap`], searched from those of the lanes, and the fractions of
-    /// the way from the layers below to those above.
-    #[inline(always)]
-    fn gaps_at<V: Machine>(&self, simd: V, lanes: &Lanes<V>, height: Wide<V>) -> (Numbers<V>, Floats<V>) {
-        let Concentric { shell, bounds } = *self;
-        let (one, none) = (number(simd, 1), number(simd, 0));
-        let (first, per_height) = (Wide::splat(simd, shell.inner()), Wide::splat(simd, shell.buckets_per_height()));
-        let bucket = ((height - first) * per_height).narrow().max(all(simd, 0.0)).to_int::<Numbers<V>>();
-        let mut gap = match Table::new(shell.below()) {
-            Some(below) => simd.gather_u32(below, bucket),
-            None => lanes.gap,
-        };
-        loop {
-            let [low, high] = simd.gather_f64_pair(bounds, gap);
-            let (is_above, is_below) = (high.le(height).narrow(), height.lt(low).narrow());
-            if (is_above | is_below).all_false() {
-                let place = (height - low).narrow() / (high - low).narrow();
-                return (gap, place.max(all(simd, 0.0)).min(all(simd, 1.0)));
-            }
-            gap = gap + is_above.select(one, none) - is_below.select(one, none);
-        }
-    }
 }
 
 impl<const SCENE: bool> Layers for Concentric<'_, SCENE> {
@@ -161,22 +138,26 @@ impl<const SCENE: bool> Layers for Concentric<'_, SCENE> {
         lanes.place = passing.select(place, leaving.select(end.place, lanes.place));
     }
 
+    /// As [`Shell::gap`], searched from the gaps of the lanes.
     #[inline(always)]
-    fn skip_columns<V: Machine>(
-        &self,
-        simd: V,
-        lanes: &mut Lanes<V>,
-        visible: &OccupancyMask,
-        entered: Mask<V>,
-    ) -> u32 {
-        let Some(blocks) = Table::new(&visible.blocks) else { return 0 };
-        let blocks = simd.gather_u32(blocks, lanes.triangles);
-        let (exit, place) = self.gaps_at(simd, lanes, lanes.rho[1]);
-        let shows = lanes.passes_blocks(simd, blocks, visible.shift, exit, self.shell.layers());
-        let skipped = entered & !shows;
-        lanes.gap = skipped.select(exit, lanes.gap);
-        lanes.place = skipped.select(place, lanes.place);
-        skipped.to_bitmask() as u32
+    fn exits<V: Machine>(&self, simd: V, lanes: &Lanes<V>, _: Mask<V>) -> (Numbers<V>, Option<Floats<V>>) {
+        let (Concentric { shell, bounds }, height) = (*self, lanes.rho[1]);
+        let (one, none) = (number(simd, 1), number(simd, 0));
+        let (first, per_height) = (Wide::splat(simd, shell.inner()), Wide::splat(simd, shell.buckets_per_height()));
+        let bucket = ((height - first) * per_height).narrow().max(all(simd, 0.0)).to_int::<Numbers<V>>();
+        let mut gap = match Table::new(shell.below()) {
+            Some(below) => simd.gather_u32(below, bucket),
+            None => lanes.gap,
+        };
+        loop {
+            let [low, high] = simd.gather_f64_pair(bounds, gap);
+            let (is_above, is_below) = (high.le(height).narrow(), height.lt(low).narrow());
+            if (is_above | is_below).all_false() {
+                let place = (height - low).narrow() / (high - low).narrow();
+                return (gap, Some(place.max(all(simd, 0.0)).min(all(simd, 1.0))));
+            }
+            gap = gap + is_above.select(one, none) - is_below.select(one, none);
+        }
     }
 
     #[inline(never)]

@@ -3,10 +3,8 @@
 
 use super::frame::PacketFrame;
 use super::lanes::Lanes;
-use super::medium::number;
 use super::read::{Course, Vertices};
 use crate::lit::FrustumInterpolant;
-use fearless_simd::prelude::*;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_simd::{Floats, Machine, Mask, Numbers, Wide};
 
@@ -82,10 +80,9 @@ pub(super) trait Layers: Copy {
         leaving: Mask<V>,
     );
 
-    /// Moves the lanes of `entered` in whose columns nothing is visible to their columns' exits; returns their bits.
-    /// Columns that extend to the core or above all layers are not skipped.
-    fn skip_columns<V: Machine>(&self, simd: V, lanes: &mut Lanes<V>, visible: &OccupancyMask, entered: Mask<V>)
-    -> u32;
+    /// The gaps at the exits of the columns of `active` lanes, and the fractions of the way from the layers below to
+    /// those above, if they are needed.
+    fn exits<V: Machine>(&self, simd: V, lanes: &Lanes<V>, active: Mask<V>) -> (Numbers<V>, Option<Floats<V>>);
 
     /// Moves a lane from an invisible gap to the next visible one in its column, to the space below or above all
     /// layers, or to the column's exit: then it returns true.
@@ -100,20 +97,6 @@ pub(super) trait Layers: Copy {
         _: &Crossing<V, Self::End<V>>,
     ) -> Option<FrustumInterpolant<f32, N>> {
         None
-    }
-}
-
-impl<V: Machine> Lanes<V> {
-    /// Lanes whose path from their gaps to the gaps `exit` meets one of the `blocks` of 2^`shift` gaps, the core, or
-    /// the space above all layers.
-    #[inline(always)]
-    pub fn passes_blocks(&self, simd: V, blocks: Numbers<V>, shift: u32, exit: Numbers<V>, layers: usize) -> Mask<V> {
-        let (low, high) = (self.gap.min(exit), self.gap.max(exit));
-        let most = number(simd, u32::MAX);
-        let (first, last) = (((low - 1) >> shift).min(31), ((high - 1) >> shift).min(31));
-        let between = (most << first) & (most >> (number(simd, 31) - last));
-        let shows = (blocks & between).simd_ne(0);
-        shows | low.simd_eq(0) | high.simd_eq(layers as u32)
     }
 }
 

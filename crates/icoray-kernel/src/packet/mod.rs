@@ -29,6 +29,7 @@ use lanes::{Entries, Lanes, lanes_of};
 use layers::{CoreHit, Layers};
 use light::Lit;
 pub use limits::beyond_gathers;
+use medium::number;
 use native::Native;
 pub use packet_scene::PacketScene;
 use part::all;
@@ -309,7 +310,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
             self.layers.enter(simd, &mut self.lanes, entered);
             if !self.frame.visible.is_full() {
                 let entered = mask::<V>(simd, entered);
-                let skipped = self.layers.skip_columns(simd, &mut self.lanes, self.frame.visible, entered);
+                let skipped = self.skip_columns(entered);
                 self.leave(skipped);
                 self.leap(skipped);
             }
@@ -317,6 +318,27 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         if !self.frame.visible.is_full() {
             self.skip();
         }
+    }
+
+    /// Moves the lanes of `entered` in whose columns nothing is visible to their columns' exits; returns their bits.
+    /// Columns that extend to the core or above all layers are not skipped.
+    #[inline(always)]
+    fn skip_columns(&mut self, entered: Mask<V>) -> u32 {
+        let (simd, lanes, visible) = (self.simd, &mut self.lanes, self.frame.visible);
+        let Some(blocks) = Table::new(&visible.blocks) else { return 0 };
+        let blocks = simd.gather_u32(blocks, lanes.triangles);
+        let (exit, place) = self.layers.exits(simd, lanes, entered);
+        let (low, high) = (lanes.gap.min(exit), lanes.gap.max(exit));
+        let most = number(simd, u32::MAX);
+        let (first, last) = (((low - 1) >> visible.shift).min(31), ((high - 1) >> visible.shift).min(31));
+        let between = (most << first) & (most >> (number(simd, 31) - last));
+        let is_beyond = low.simd_eq(0) | high.simd_eq(self.frame.packets.shell.layers() as u32);
+        let skipped = entered & !((blocks & between).simd_ne(0) | is_beyond);
+        lanes.gap = skipped.select(exit, lanes.gap);
+        if let Some(place) = place {
+            lanes.place = skipped.select(place, lanes.place);
+        }
+        skipped.to_bitmask() as u32
     }
 
     /// Moves lanes out of invisible gaps.

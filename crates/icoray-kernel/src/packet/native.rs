@@ -20,7 +20,7 @@ use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
 use icoray_grid::heights::Heights;
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_simd::{Floats, Machine, Mask, Numbers, Table, Wide, wide_mask};
+use icoray_simd::{Floats, Machine, Mask, Numbers, Wide, wide_mask};
 
 /// The layers for packets.
 #[derive(Clone, Copy)]
@@ -135,25 +135,6 @@ impl<'t> Native<'t> {
         let down = below.lt(one).narrow() & gap.simd_gt(0);
         [up, down & !up]
     }
-
-    /// The gaps at the exits of the columns of `active` lanes.
-    #[inline(always)]
-    fn exit_gaps<V: Machine>(&self, simd: V, lanes: &Lanes<V>, active: Mask<V>) -> Numbers<V> {
-        let weights = weights(simd, lanes);
-        let (one, none) = (number(simd, 1), number(simd, 0));
-        let mut gap = lanes.gap;
-        loop {
-            let [low, high] = self.table.inverses(simd, lanes, gap);
-            let [below, ..] = Facet::end(lanes.rho[1], &weights[1], &low);
-            let [above, ..] = Facet::end(lanes.rho[1], &weights[1], &high);
-            let [up, down] = self.moves(simd, gap, [below, above]);
-            let (up, down) = (up & active, down & active);
-            if (up | down).all_false() {
-                return gap;
-            }
-            gap = gap + up.select(one, none) - down.select(one, none);
-        }
-    }
 }
 
 impl Layers for Native<'_> {
@@ -258,20 +239,21 @@ impl Layers for Native<'_> {
     }
 
     #[inline(always)]
-    fn skip_columns<V: Machine>(
-        &self,
-        simd: V,
-        lanes: &mut Lanes<V>,
-        visible: &OccupancyMask,
-        entered: Mask<V>,
-    ) -> u32 {
-        let Some(blocks) = Table::new(&visible.blocks) else { return 0 };
-        let blocks = simd.gather_u32(blocks, lanes.triangles);
-        let exit = self.exit_gaps(simd, lanes, entered);
-        let shows = lanes.passes_blocks(simd, blocks, visible.shift, exit, self.table.layers());
-        let skipped = entered & !shows;
-        lanes.gap = skipped.select(exit, lanes.gap);
-        skipped.to_bitmask() as u32
+    fn exits<V: Machine>(&self, simd: V, lanes: &Lanes<V>, active: Mask<V>) -> (Numbers<V>, Option<Floats<V>>) {
+        let weights = weights(simd, lanes);
+        let (one, none) = (number(simd, 1), number(simd, 0));
+        let mut gap = lanes.gap;
+        loop {
+            let [low, high] = self.table.inverses(simd, lanes, gap);
+            let [below, ..] = Facet::end(lanes.rho[1], &weights[1], &low);
+            let [above, ..] = Facet::end(lanes.rho[1], &weights[1], &high);
+            let [up, down] = self.moves(simd, gap, [below, above]);
+            let (up, down) = (up & active, down & active);
+            if (up | down).all_false() {
+                return (gap, None);
+            }
+            gap = gap + up.select(one, none) - down.select(one, none);
+        }
     }
 
     #[inline(never)]
