@@ -6,12 +6,12 @@
 
 use super::integral::{Light, absorbed_by, bend_factor};
 use super::lanes::Lanes;
-use super::light::{GradientCourse, Lit, Shade};
+use super::light::{GradientCourse, Lit, Shade, is_dear};
 use super::medium::Medium;
 use super::part::{Part, all};
 use super::several::LEAST_PART;
-use crate::light::{INDEPENDENT, LIT_DEVIATIONS, Radiance};
-use crate::lit::{ADVANCE, LightSpread};
+use crate::light::{INDEPENDENT, Radiance};
+use crate::lit::LightSpread;
 use crate::piece::THIN;
 use crate::shade::{ColorChange, RayShading};
 use fearless_simd::prelude::*;
@@ -272,20 +272,12 @@ impl<V: Machine> Blend<V> {
         Blend { light, off: [shared, own], is_rounding, absorbs: depth.simd_gt(0.0) }
     }
 
-    /// Lanes whose rays cannot afford the error of their pieces, as [`is_affordable`](crate::lit::is_affordable).
+    /// Lanes whose rays cannot afford the error of their pieces.
     #[inline(always)]
     pub fn is_far(&self, simd: V, lanes: &Lanes<V>, color_tolerance: f32) -> Mask<V> {
         let color_tolerance = color_tolerance.max(LEAST_TOLERANCE);
-        let [shared, own] = self.off;
-        let share = self.light.alpha * (all(simd, 1.0) - lanes.light.alpha);
-        let earned = (lanes.light.alpha + share + ADVANCE as f32) * color_tolerance - lanes.light.error;
-        let allowed = earned - share * shared;
-        let own = own * (LIT_DEVIATIONS * INDEPENDENT) as f32;
-        let own_share = share * own;
-        let spread =
-            lanes.light.shade_variance.mul_add((LIT_DEVIATIONS * LIT_DEVIATIONS) as f32, own_share * own_share);
-        let is_dear = allowed.simd_lt(0.0) | spread.simd_gt(allowed * allowed);
-        (shared + own).simd_gt(color_tolerance) & is_dear & !self.is_rounding & self.absorbs
+        let is_dear = is_dear(simd, &lanes.light, self.light.alpha, self.off, color_tolerance);
+        is_dear & !self.is_rounding & self.absorbs
     }
 }
 

@@ -71,17 +71,6 @@ impl Entries {
     }
 }
 
-/// Offset of each lane's entry.
-const ENTRY_STARTS: [u32; MOST] = {
-    let mut starts = [0; MOST];
-    let mut lane = 0;
-    while lane < MOST {
-        starts[lane] = 8 * lane as u32;
-        lane += 1;
-    }
-    starts
-};
-
 /// Rays, one per lane: the ray, its column, its gap, the rest of its frustum, and its light.
 ///
 /// [`Self::put`] enters a ray into a lane. The members correspond to those of `walk.rs`, `column.rs` and `segment.rs`.
@@ -250,7 +239,7 @@ impl<V: Machine> Lanes<V> {
     pub fn load<L: Layers>(&mut self, simd: V, entries: &Entries, new: Mask<V>) {
         let Some(table) = Table::new(entries.0.as_flattened()) else { return };
         let wide = wide_mask::<V>(new);
-        let first = <Numbers<V> as SimdBase<V>>::from_slice(simd, &ENTRY_STARTS[..Self::COUNT]);
+        let first = <Numbers<V> as SimdBase<V>>::from_fn(simd, |lane| 8 * lane as u32);
         for (k, row) in self.axes.iter_mut().enumerate() {
             put(row, wide, simd.gather_vector(table, first + k as u32));
         }

@@ -402,18 +402,30 @@ impl<V: Machine> Shade<V> {
         light.variance = (light.variance * scale).mul_add(scale, turned);
     }
 
-    /// Lanes whose rays cannot afford the error of their pieces, as [`is_affordable`](crate::lit::is_affordable).
+    /// Lanes whose rays cannot afford the error of their pieces.
     #[inline(always)]
     pub fn too_far(&self, simd: V, lanes: &Lanes<V>, piece: &Piece<'_, V>, color_tolerance: f32) -> Mask<V> {
-        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
         let depth = piece.part.length * piece.ends[0].max(piece.ends[1]);
-        let share = depth.min(one) * (one - lanes.light.alpha);
-        let earned = (lanes.light.alpha + share + ADVANCE as f32) * color_tolerance - lanes.light.error;
-        let allowed = (earned - share * self.rounding).max(zero);
-        let own = self.off * (LIT_DEVIATIONS * INDEPENDENT) as f32;
-        let own_share = share * own;
-        let spread =
-            lanes.light.shade_variance.mul_add((LIT_DEVIATIONS * LIT_DEVIATIONS) as f32, own_share * own_share);
-        (own + self.rounding).simd_gt(color_tolerance) & spread.simd_gt(allowed * allowed)
+        is_dear(simd, &lanes.light, depth.min(1.0), [self.rounding, self.off], color_tolerance)
     }
+}
+
+/// Lanes whose rays, which have the light `before` them, cannot afford pieces that absorb `absorbed` with these errors
+/// per absorbed light: the opposite of [`is_affordable`](crate::lit::is_affordable).
+#[inline(always)]
+pub(super) fn is_dear<V: Machine>(
+    simd: V,
+    before: &Light<V>,
+    absorbed: Floats<V>,
+    [shared, own]: [Floats<V>; 2],
+    color_tolerance: f32,
+) -> Mask<V> {
+    let share = absorbed * (all(simd, 1.0) - before.alpha);
+    let earned = (before.alpha + share + ADVANCE as f32) * color_tolerance - before.error;
+    let allowed = earned - share * shared;
+    let own = own * (LIT_DEVIATIONS * INDEPENDENT) as f32;
+    let own_share = share * own;
+    let spread = before.shade_variance.mul_add((LIT_DEVIATIONS * LIT_DEVIATIONS) as f32, own_share * own_share);
+    let is_beyond = allowed.simd_lt(0.0) | spread.simd_gt(allowed * allowed);
+    (shared + own).simd_gt(color_tolerance) & is_beyond
 }
