@@ -17,7 +17,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             }
             let ends = [0, 1].map(|k: usize| self.lanes.t[k].get(lane));
             let line = self.starts[lane].as_ref().map(|start| start.line);
-            let met = line.and_then(|line| line.first_inside(self.layers.core_radius(), ends));
+            let met = line.and_then(|line| line.first_inside(self.frame.scene.core_radius[0], ends));
             match met.filter(|_| self.frame.scene.core.is_some()) {
                 Some(t) => self.meet_core(lane, &CoreHit { t, u: None }),
                 None => {

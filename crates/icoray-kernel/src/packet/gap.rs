@@ -44,11 +44,6 @@ impl<const SCENE: bool> Layers for Concentric<'_, SCENE> {
     type End<V: Machine> = ConcentricEnd<V>;
     type Way<V: Machine> = ConcentricWay<V>;
 
-    #[inline]
-    fn core_radius(&self) -> f64 {
-        self.shell.inner()
-    }
-
     #[inline(always)]
     fn bases<V: Machine>(&self, _: V, cells: Numbers<V>, _: u32) -> Numbers<V> {
         cells

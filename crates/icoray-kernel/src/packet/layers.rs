@@ -46,9 +46,6 @@ pub(super) trait Layers: Copy {
     type End<V: Machine>: Copy;
     type Way<V: Machine>: Way<V>;
 
-    /// Radius of the round core below void triangles.
-    fn core_radius(&self) -> f64;
-
     /// Offsets of the heights of cells, for the lanes whose bits are set.
     fn bases<V: Machine>(&self, simd: V, cells: Numbers<V>, bits: u32) -> Numbers<V>;
 

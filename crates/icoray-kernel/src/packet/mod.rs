@@ -101,7 +101,7 @@ pub(crate) fn trace<const N: usize>(
             trace_between::<_, N>(level, frame, &tables, layers, rays, counts, target);
         }
         Levels::Native(heights) => {
-            let layers = Native::new(heights, tracer.scene.core_radius[0])?;
+            let layers = Native::new(heights)?;
             trace_between::<_, N>(level, frame, &tables, layers, rays, counts, target);
         }
     }
@@ -253,7 +253,6 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     /// Takes rays into free lanes; returns true if there are no more.
     #[inline(never)]
     fn take(&mut self, queue: &mut Rays, target: &mut Target) -> bool {
-        let core_radius = self.core_radius();
         for lane in lanes_of(!self.live & (u32::MAX >> (u32::BITS - Lanes::<V>::COUNT as u32))) {
             let next = queue.next(self.frame, self.tables, &mut self.counts, target);
             let Some((start, side, next_leap)) = next else { return true };
@@ -265,7 +264,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
                 scene.begin(lane, &start);
             }
             if let Some(runs) = &mut self.runs {
-                runs.begin(lane, &start.line, self.frame, core_radius);
+                runs.begin(lane, &start.line, self.frame);
             }
             if let Some(shading) = self.frame.shading.as_ref().filter(|_| N == 4) {
                 let shading = shading.along::<f32>(start.dir);

@@ -26,7 +26,6 @@ use icoray_simd::{Floats, Machine, Mask, Numbers, Wide, wide_mask};
 #[derive(Clone, Copy)]
 pub(super) struct Native<'t> {
     table: HeightTable<'t>,
-    core_radius: f64,
 }
 
 /// The points at which lanes leave their gaps.
@@ -96,11 +95,10 @@ fn place<V: Machine>(simd: V, psi: Wide<V>, depth: Floats<V>) -> Floats<V> {
 }
 
 impl<'t> Native<'t> {
-    /// The layers at `heights`, over a core of `core_radius` below void triangles; `None` if they are too many for
-    /// gathers.
+    /// The layers at `heights`; `None` if they are too many for gathers.
     #[inline]
-    pub fn new(heights: &'t Heights<'_>, core_radius: f64) -> Option<Self> {
-        Some(Native { table: HeightTable::new(heights)?, core_radius })
+    pub fn new(heights: &'t Heights<'_>) -> Option<Self> {
+        Some(Native { table: HeightTable::new(heights)? })
     }
 
     /// ψ of a layer at the entry (0) or exit (1) of a lane's column, rounded as in vectors.
@@ -142,11 +140,6 @@ impl Layers for Native<'_> {
     const HAS_SCENE: bool = true;
     type End<V: Machine> = NativeEnd<V>;
     type Way<V: Machine> = NativeWay<V>;
-
-    #[inline]
-    fn core_radius(&self) -> f64 {
-        self.core_radius
-    }
 
     #[inline(always)]
     fn bases<V: Machine>(&self, simd: V, cells: Numbers<V>, bits: u32) -> Numbers<V> {

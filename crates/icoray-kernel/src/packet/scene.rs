@@ -105,12 +105,6 @@ impl<'p, V: Machine> SceneLanes<'p, V> {
         }
     }
 
-    /// Least and greatest radius of the innermost layer.
-    #[inline]
-    pub fn core_radius(&self) -> [f64; 2] {
-        self.tables.tracer.scene.core_radius
-    }
-
     /// Continues the rays of these lanes as new fragments.
     #[inline]
     pub fn restart(&mut self, lanes: u32) {
