@@ -1,5 +1,4 @@
-//! Traverses the gaps in the columns of a packet if each layer has one radius:
-//! [`ColumnTraversal`](crate::column::ColumnTraversal) in vectors.
+//! Traverses the gaps in the columns of a packet if each layer has one radius: `general/cross.rs` in vectors.
 
 use super::frame::PacketFrame;
 use super::lanes::Lanes;

@@ -85,8 +85,8 @@ pub(super) trait Layers: Copy {
     /// layers, or to the column's exit: then it returns true.
     fn skip<V: Machine>(&self, lanes: &mut Lanes<V>, lane: usize, visible: &OccupancyMask) -> bool;
 
-    /// Value, and gradient where `N` is 4, along the frustum of a lane, in scalar code; `None` with [`Self::HAS_SCENE`],
-    /// where single rays pass such frusta.
+    /// Value, and gradient where `N` is 4, along the frustum of a lane, in scalar code; `None` if
+    /// [`Self::HAS_SCENE`], where single rays pass such frusta.
     fn interpolant<V: Machine, const N: usize>(
         _: &Lanes<V>,
         _: usize,

@@ -194,8 +194,8 @@ impl<'t> Source<'t> {
     }
 }
 
-/// Offsets of the columns of cells: from the base of cell 0 and the stride from cell to cell, or, if they lie in blocks,
-/// one by one for the lanes whose bits are set.
+/// Offsets of the columns of cells: from the base of cell 0 and the stride from cell to cell, or, if they lie in
+/// blocks, one by one for the lanes whose bits are set.
 #[inline(always)]
 pub(super) fn bases_of<V: Machine>(
     simd: V,
