@@ -84,7 +84,7 @@ fn ends(random: &mut Random, ray: u64) -> [DVec3; 2] {
     let far = [0.3, 1.0, 1.05, 1.5, 3.0, 1e4][(ray % 6) as usize];
     let eye = DVec3::from_array(random.direction()) * far * random.unit().max(0.01);
     let aim = DVec3::from_array(random.direction()) * OUTER;
-    [eye, aim * if ray % 5 == 0 { 0.999_999 } else { random.unit() }]
+    [eye, aim * if ray.is_multiple_of(5) { 0.999_999 } else { random.unit() }]
 }
 
 /// Ten million rays in the long run.
