@@ -12,7 +12,6 @@ use icoray_grid::real::{Real, lerp};
 /// The layer radii of a shell.
 #[derive(Debug, Clone)]
 pub struct Shell {
-    radius: Vec<f64>,
     /// The radii between two bounds that no height reaches: gap k lies between elements k and k + 1.
     bounds: Vec<f64>,
     /// Buckets of equal height from the innermost layer on; `below` has the number of layers below each.
@@ -36,42 +35,40 @@ impl Shell {
         let below = |drawer| radius.partition_point(|r| drawer_of(*r) < drawer) as u32;
         let below = (0..=drawers).map(below).collect();
         let bounds = [&[-BEYOND], radius, &[BEYOND]].concat();
-        Shell { radius: radius.to_vec(), bounds, drawers_per_height, below }
+        Shell { bounds, drawers_per_height, below }
     }
 
     /// The outermost radius.
     #[inline]
     pub fn outer(&self) -> f64 {
-        self.radius[self.radius.len() - 1]
+        self.bounds[self.layers()]
     }
 
     /// The innermost radius, of the core.
     #[inline]
     pub fn inner(&self) -> f64 {
-        self.radius[0]
+        self.bounds[1]
     }
 
     /// The radius of each layer, rising.
     #[inline]
     pub fn radii(&self) -> &[f64] {
-        &self.radius
+        &self.bounds[1..=self.layers()]
     }
 
     /// Number of layers.
     #[inline]
     pub fn layers(&self) -> usize {
-        self.radius.len()
+        self.bounds.len() - 2
     }
 
     /// The gap that contains height `rho`: 0 below all layers, k between layers k-1 and k, [`Self::layers`] above all.
     #[inline(always)]
     pub fn gap(&self, rho: f64) -> usize {
-        let drawer = ((rho - self.radius[0]) * self.drawers_per_height) as usize;
+        let drawer = ((rho - self.inner()) * self.drawers_per_height) as usize;
         let mut gap = self.below[drawer.min(self.below.len() - 1)] as usize;
-        let is_above = |gap: usize| self.radius.get(gap).is_some_and(|radius| *radius <= rho);
-        // A bucket seldom has more than one layer.
-        gap += usize::from(is_above(gap));
-        while is_above(gap) {
+        // A bucket seldom has more than one layer, and the last bound is above all heights.
+        while self.bounds[gap + 1] <= rho {
             gap += 1;
         }
         gap

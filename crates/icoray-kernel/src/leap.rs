@@ -43,13 +43,12 @@ impl<'t> HollowCore<'t> {
     /// The hollow core of a frame; `None` if rays do not leap over it.
     #[inline]
     pub fn new(frame: &'t PacketFrame<'_>) -> Option<Self> {
-        let PacketFrame { grid, shell, packets, .. } = *frame;
+        let (macrocells, packets) = (frame.scene.grid.macrocells(), frame.packets);
         if !packets.leaps_core {
             return None;
         }
-        let macrocells = grid.macrocells();
         // On a facet of radius R are points with radii from R down to R times its lowest place.
-        let radius = shell.inner() * macrocells.lowest_facet * (1.0 - ROUNDING);
+        let radius = packets.shell.inner() * macrocells.lowest_facet * (1.0 - ROUNDING);
         Some(HollowCore { macrocells, radius2: radius * radius })
     }
 
@@ -81,11 +80,11 @@ impl<'t> Leaps<'t> {
     /// The macrocells of a frame; `None` where all or too little of it is visible to leap.
     #[inline]
     pub fn new(frame: &'t PacketFrame<'_>) -> Option<Self> {
-        let PacketFrame { grid, shell, visible, .. } = *frame;
+        let (shell, visible) = (&frame.packets.shell, frame.visible);
         if visible.macrocells.is_empty() {
             return None;
         }
-        let macrocells = grid.macrocells();
+        let macrocells = frame.scene.grid.macrocells();
         let radii = shell.radii();
         let square = |radius: f64, part: f64| (radius * radius) * part;
         let block = |low: usize| {
@@ -94,7 +93,7 @@ impl<'t> Leaps<'t> {
             [square(radii[low] * macrocells.lowest_facet, 1.0 - ROUNDING), square(radii[high], 1.0 + ROUNDING)]
         };
         let blocks = (0..radii.len() - 1).step_by(1 << visible.shift).map(block).collect();
-        let inner = if frame.core.is_some() { shell.inner().max(CENTRE) } else { CENTRE };
+        let inner = if frame.scene.core.is_some() { shell.inner().max(CENTRE) } else { CENTRE };
         Some(Leaps { macrocells, visible, shell, blocks, inner2: square(inner, 1.0 + ROUNDING) })
     }
 

@@ -66,7 +66,7 @@ impl<T: Real> LightSpread<T> {
         let depth = T::of(0.5) * piece.length * sum;
         let rise = (to - from) / sum;
         let forward = depth.min(T::of(3.0)) * (T::of(5.0 / 60.0) - T::of(1.0 / 60.0) * rise * rise);
-        let bent = (span.extinction_slope() * piece.kappa).abs() / sum;
+        let bent = (span.extinction_slope * piece.kappa).abs() / sum;
         let error_bound = (T::of(0.02) * depth * depth + T::of(0.2) * bent).min(T::of(0.5));
         let extent = T::one() / depth.max(T::one());
         LightSpread { centre: T::of(1.0 / 6.0) * rise - forward, second: T::of(1.0 / 12.0), error_bound, extent }
@@ -77,9 +77,9 @@ impl<T: Real> ColorChange<T> {
     /// The spread of a piece that stays in `span`.
     #[inline(always)]
     pub fn of(piece: &Segment<T>, span: &Span<T>) -> Self {
-        let bend = span.steepest() * piece.kappa.abs();
-        let change = span.steepest() * (piece.f1 - piece.f0).abs() + bend;
-        ColorChange { brightest: span.brightest(), change, bend, eps: piece.eps }
+        let bend = span.steepest * piece.kappa.abs();
+        let change = span.steepest * (piece.f1 - piece.f0).abs() + bend;
+        ColorChange { brightest: span.brightest, change, bend, eps: piece.eps }
     }
 }
 
@@ -93,20 +93,6 @@ pub fn mean_shade<T: Real>(
 ) -> MeanShade<T> {
     let turn = NormalTurn::of(gradients, piece.eps, LightSpread::of(piece, span));
     shading.mean(&turn, &ColorChange::of(piece, span))
-}
-
-/// `light` of a piece with its mean shade, which has this standard deviation.
-#[inline(always)]
-pub fn shaded<T: Real>(
-    shading: &RayShading<T>,
-    piece: &Segment<T>,
-    span: &Span<T>,
-    mean: &MeanShade<T>,
-    (light, deviation): (Radiance<T>, T),
-) -> Radiance<T> {
-    let rise = piece.f1 - piece.f0;
-    let [r, g, b] = span.color_slope();
-    shading.apply(light, mean, [*r * rise, *g * rise, *b * rise], deviation)
 }
 
 /// Whether a piece that absorbs at most `absorbed` of the light that reaches it need not be cut. `off` are its errors
@@ -207,7 +193,8 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
         let mixed_of = self.gradient_size.max(largest(&from[1..])).max(largest(&to[1..]));
         let deviation = self.shading.deviation_of(mixed_of, mean.size);
         let [rounded, _] = self.shading.deviations;
-        let light = shaded(self.shading, piece, self.span, &mean, (light, rounded));
+        let change = self.span.color_slope.map_inline(|slope| slope * (piece.f1 - piece.f0));
+        let light = self.shading.apply(light, &mean, change, rounded);
         let turned = (deviation - rounded).max(T::zero());
         rest.deviation = rest.deviation + rest.through * light.alpha * turned;
         rest.through = rest.through * light.transmittance();

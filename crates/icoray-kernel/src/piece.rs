@@ -74,7 +74,7 @@ impl<'p, T: Real> Terms<'p, T> {
     fn new(piece: &'p Segment<T>, span: &'p Span<T>) -> Self {
         let half = T::of(0.5);
         let ends = [span.extinction(piece.f0), span.extinction(piece.f1)];
-        let slope = span.extinction_slope();
+        let slope = span.extinction_slope;
         let rise = piece.f1 - piece.f0;
         let bend = piece.kappa * bend_factor(piece.eps);
         let depth = piece.length * (half * (ends[0] + ends[1]) + slope * bend * T::of(1.0 / 6.0));
@@ -91,7 +91,7 @@ impl<'p, T: Real> Terms<'p, T> {
     /// The light of colour `c1·A - s·W`.
     #[inline(always)]
     fn light(&self, absorbed: T, weight: T, error: T) -> Radiance<T> {
-        let (c1, s) = (self.span.color(self.piece.f1), self.span.color_slope());
+        let (c1, s) = (self.span.color(self.piece.f1), self.span.color_slope);
         let color = [0, 1, 2].map_inline(|k| c1[k] * absorbed - s[k] * weight);
         Radiance { color, alpha: absorbed, error, ..Radiance::none() }
     }
@@ -108,7 +108,7 @@ impl<'p, T: Real> Terms<'p, T> {
     /// Variance due to rounding: the effect of values that are off by `reach`, and the last digits of lengths and sums.
     #[inline(always)]
     fn variance(&self, absorbed: T, reach: T) -> T {
-        let change = self.piece.length * self.slope.abs() * (T::one() - absorbed) + self.span.steepest() * absorbed;
+        let change = self.piece.length * self.slope.abs() * (T::one() - absorbed) + self.span.steepest * absorbed;
         let off = (reach * change + T::of(T::ROUNDING) * absorbed).min(T::one());
         off * off
     }
@@ -122,7 +122,7 @@ fn linear<T: Real>(terms: &Terms<'_, T>) -> Radiance<T> {
     let absorbed = depth.absorbed_by();
     let left_out = terms.piece.length * (terms.slope * terms.bend).abs() * T::of(1.0 / 6.0);
     let skew = terms.rise.abs() * (terms.bend_of_depth() + depth * absorbed) * T::of(1.0 / 12.0);
-    let error = left_out + terms.span.steepest() * (skew + terms.bend.abs() * absorbed * T::of(1.0 / 6.0));
+    let error = left_out + terms.span.steepest * (skew + terms.bend.abs() * absorbed * T::of(1.0 / 6.0));
     terms.light(absorbed, half * terms.rise * absorbed, error.min(T::one()))
 }
 
@@ -134,12 +134,12 @@ pub const THIN: f64 = 0.5;
 #[inline]
 fn exact<T: Real>(terms: &Terms<'_, T>, allowance: &ErrorBudget<T>) -> Radiance<T> {
     let absorbed = terms.depth.absorbed_by();
-    let steepest = terms.span.steepest();
+    let steepest = terms.span.steepest;
     if steepest * terms.steep == T::zero() {
         return Radiance::plain(terms.span.color(terms.piece.f0), absorbed);
     }
     if terms.depth < T::of(THIN) {
-        let error = thin_bound(terms, absorbed);
+        let error = steepest * (thin_error(terms) + terms.skew(absorbed));
         if error <= allowance.color_tolerance * absorbed {
             return terms.light(absorbed, thin(terms), error);
         }
@@ -147,16 +147,10 @@ fn exact<T: Real>(terms: &Terms<'_, T>, allowance: &ErrorBudget<T>) -> Radiance<
     dense(terms, absorbed, allowance)
 }
 
-/// The bound of the error of [`thin`] in the colour.
-#[inline(always)]
-fn thin_bound<T: Real>(terms: &Terms<'_, T>, absorbed: T) -> T {
-    terms.span.steepest() * (thin_error(terms) + terms.skew(absorbed))
-}
-
 /// Integrates a piece for which [`thin`] is not sufficient.
 #[inline]
 fn dense<T: Real>(terms: &Terms<'_, T>, absorbed: T, allowance: &ErrorBudget<T>) -> Radiance<T> {
-    let (half, two, steepest) = (T::of(0.5), T::of(2.0), terms.span.steepest());
+    let (half, two, steepest) = (T::of(0.5), T::of(2.0), terms.span.steepest);
     // A surface of the colour at its start: even where T rises as u³ all light stays in the first 4e-5 of the piece.
     if terms.depth > T::of(T::SURFACE) || terms.depth.is_nan() {
         let error = T::of(4e-5) * steepest * terms.steep;
@@ -180,23 +174,16 @@ fn dense<T: Real>(terms: &Terms<'_, T>, absorbed: T, allowance: &ErrorBudget<T>)
     }
 }
 
-/// Bound of |ε| below which [`bend_series`] is exact to 1e-11.
-const SMALL_EPS: f64 = 0.02;
-
-/// [`bend_factor`] of small ε; the first term left out is ε⁶/12.
-#[inline(always)]
-fn bend_series<T: Real>(eps: T) -> T {
-    const C: [f64; 6] = [1.0, -1.0 / 2.0, 3.0 / 10.0, -1.0 / 5.0, 1.0 / 7.0, -3.0 / 28.0];
-    let e2 = eps * eps;
-    let pair = |k: usize| T::of(C[k]) + eps * T::of(C[k + 1]);
-    pair(0) + e2 * (pair(2) + e2 * pair(4))
-}
-
 /// 6 ∫ x(1-x)/(1+εx) dx: Σ 6 (-ε)^k / ((k+2)(k+3)) for small ε, the closed form where it no longer cancels.
 #[inline]
 pub fn bend_factor<T: Real>(eps: T) -> T {
+    /// Bound of |ε| below which the series is exact to 1e-11; the first term left out is ε⁶/12.
+    const SMALL_EPS: f64 = 0.02;
+    const C: [f64; 6] = [1.0, -1.0 / 2.0, 3.0 / 10.0, -1.0 / 5.0, 1.0 / 7.0, -3.0 / 28.0];
     if eps.abs() < T::of(SMALL_EPS) {
-        return bend_series(eps);
+        let e2 = eps * eps;
+        let pair = |k: usize| T::of(C[k]) + eps * T::of(C[k + 1]);
+        return pair(0) + e2 * (pair(2) + e2 * pair(4));
     }
     let e = eps.wide();
     T::of(6.0 * (e + 0.5 * e * e - (1.0 + e) * e.ln_1p()) / (e * e * e))
@@ -259,7 +246,7 @@ fn gauss_error<T: Real>(terms: &Terms<'_, T>) -> T {
 /// A piece in `count` panels of equal length, front to back, each by [`gauss`].
 #[inline]
 fn panels<T: Real>(terms: &Terms<'_, T>, count: usize, allowance: &ErrorBudget<T>) -> Radiance<T> {
-    let (piece, steepest) = (terms.piece, terms.span.steepest());
+    let (piece, steepest) = (terms.piece, terms.span.steepest);
     let mut light = Radiance::none();
     let mut from = (T::zero(), piece.f0);
     for i in 1..=count {

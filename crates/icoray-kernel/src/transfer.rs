@@ -123,30 +123,6 @@ impl<T: Real> Span<T> {
         self.high - self.low < T::of(NARROW)
     }
 
-    /// Slope of the extinction in the value.
-    #[inline(always)]
-    pub fn extinction_slope(&self) -> T {
-        self.extinction_slope
-    }
-
-    /// Slopes of the channels in the value.
-    #[inline(always)]
-    pub fn color_slope(&self) -> &[T; 3] {
-        &self.color_slope
-    }
-
-    /// The largest channel at the span's ends.
-    #[inline(always)]
-    pub fn brightest(&self) -> T {
-        self.brightest
-    }
-
-    /// The largest of the channels' slopes.
-    #[inline(always)]
-    pub fn steepest(&self) -> T {
-        self.steepest
-    }
-
     /// Linear RGB at value `f`.
     #[inline(always)]
     pub fn color(&self, f: T) -> [T; 3] {

@@ -1,32 +1,17 @@
 //! One frustum of a ray: cuts its interpolant at the knots of the transfer function, and integrates the pieces.
 
-use crate::budget::Budget;
 use crate::column::Flow;
+use crate::general::RaySettings;
 use crate::lit::{FrustumInterpolant, Lit};
 use crate::piece::{ErrorBudget, Radiance, integrate};
 use crate::roundoff::{KnotCrossing, MediumSample, Roundoff};
 use crate::segment::Segment;
-use crate::shade::{RayShading, Shading};
+use crate::shade::RayShading;
 use crate::transfer::Spans;
 use glam::DVec3;
 use icoray_grid::array::partition_point;
 use icoray_grid::real::{Real, lerp};
 use icoray_scene::Method;
-
-/// Inputs of the integral of one volume, the same for all rays of a frame.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct VolumeRules<'v, T> {
-    /// The transfer function.
-    pub spans: &'v Spans<T>,
-    /// The rule of integration.
-    pub method: Method,
-    /// When set, pieces are not cut where the gradient turns.
-    pub is_coarse: bool,
-    /// Division of the tolerance along a ray.
-    pub budget: Budget,
-    /// Lighting; `None` shows the transfer function's own colours.
-    pub shading: Option<Shading>,
-}
 
 /// The light of a volume along one ray.
 #[derive(Debug, Clone, Copy)]
@@ -51,10 +36,10 @@ pub(crate) struct VolumeRay<'v, T> {
 }
 
 impl<'v, T: Real> VolumeRay<'v, T> {
-    /// No light yet, of a ray along `dir`.
+    /// No light yet, of a ray along `dir` through a volume of this transfer function.
     #[inline]
-    pub fn new(rules: &VolumeRules<'v, T>, dir: DVec3) -> Self {
-        let VolumeRules { spans, method, is_coarse, ref budget, ref shading } = *rules;
+    pub fn new(spans: &'v Spans<T>, rays: &RaySettings, dir: DVec3) -> Self {
+        let RaySettings { method, is_coarse, ref budget, ref shading, .. } = *rays;
         VolumeRay {
             spans,
             method,
@@ -153,10 +138,12 @@ impl<'v, T: Real> VolumeRay<'v, T> {
                 let (before, f) = (self.light.alpha, [rest.f0, end.1]);
                 let part = if is_last { rest } else { rest.part((zero, f[0]), end) };
                 let is_between = rest.f0 != f0 && !is_last;
-                let reach = if is_between { between(&f) } else { segment_reach };
+                // The difference of two knots has the rounding error of their own last digits.
+                let between = T::of(0.5 * T::ROUNDING) * (f[0].abs() + f[1].abs());
+                let reach = if is_between { between } else { segment_reach };
                 self.piece(&part, k, interpolant, [from, to], reach);
                 let mean = MediumSample::at(span, T::of(0.5) * (f[0] + f[1]));
-                let change = span.steepest() * (f[1] - f[0]).abs();
+                let change = span.steepest * (f[1] - f[0]).abs();
                 let (slope, length, is_narrow) = (segment.slope(at), part.length, span.is_narrow());
                 let crossing = KnotCrossing { values: f, slope, length, mean, change, is_narrow };
                 error_bound.cut(&mut self.light, before, crossing);
@@ -211,13 +198,7 @@ impl<'v, T: Real> VolumeRay<'v, T> {
             }
             _ => integrate(self.method, piece, span, &allowance),
         };
-        self.add(&light);
-    }
-
-    /// Puts light behind that of the ray.
-    #[inline(always)]
-    fn add(&mut self, light: &Radiance<T>) {
-        self.light.over(light);
+        self.light.over(&light);
         // The sum is rounded to its own last digit.
         let off = T::of(0.5 * T::ROUNDING) * self.light.alpha;
         self.light.variance = self.light.variance + off * off;
@@ -249,12 +230,6 @@ impl<'v, T: Real> VolumeRay<'v, T> {
             }
         }
     }
-}
-
-/// Bound of the rounding error of the difference of two knots, from their own last digits.
-#[inline]
-fn between<T: Real>(knots: &[T; 2]) -> T {
-    T::of(0.5 * T::ROUNDING) * (knots[0].abs() + knots[1].abs())
 }
 
 /// The size of values at vertices, for [`VolumeRay::size`]: far beyond the transfer function's range, the roundings that

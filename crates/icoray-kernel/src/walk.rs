@@ -213,39 +213,29 @@ pub(crate) struct Side {
     pub t: f64,
 }
 
-/// The entry of a ray into the column over the triangle of `half_edge`, whose left, right and third vertex are
-/// `corners`; `None` if the ray begins in another column.
+/// The side through which a walk enters the column in which the ray is at distance `t`, if that is the column over the
+/// triangle of `half_edge`, whose left, right and third vertex are `corners`: the same as that of a walk from the ray's
+/// start, to the bit.
 #[inline]
-pub(crate) fn enter(line: RayLine, [left, right, apex]: [PlaneVertex; 3], half_edge: u32) -> Option<Side> {
-    let start = line.at(line.start);
-    let entry = Crossing::between(&left, &right);
-    let exit = if apex.is_left() { Crossing::between(&apex, &right) } else { Crossing::between(&left, &apex) };
-    if start.cross(entry.point) > 0.0 || start.cross(exit.point) <= 0.0 {
-        return None;
-    }
-    let weight = if apex.is_left() { [exit.w, 1.0 - exit.w] } else { [0.0, exit.w] };
-    let exit = ContourPoint { point: exit.point, weight };
-    let ContourPoint { point, weight } = ContourPoint { point: entry.point, weight: [entry.w, 0.0] }.clip(exit, start);
-    Some(Side { line, left, right, half_edge, point, weight, height: height(start, point), t: line.start })
-}
-
-/// The side through which a walk enters the column in which the ray is at distance `t`, if that is the column of these
-/// `corners`: the same as that of a walk from the ray's start, to the bit.
-#[inline]
-pub(crate) fn enter_at(line: RayLine, corners: [PlaneVertex; 3], half_edge: u32, t: f64) -> Option<Side> {
+pub(crate) fn enter(line: RayLine, corners: [PlaneVertex; 3], half_edge: u32, t: f64) -> Option<Side> {
     let [left, right, apex] = corners;
-    let at = line.at(t);
+    let (at, start) = (line.at(t), line.at(line.start));
     let entry = Crossing::between(&left, &right);
     let exit = if apex.is_left() { Crossing::between(&apex, &right) } else { Crossing::between(&left, &apex) };
     if at.cross(entry.point) > 0.0 || at.cross(exit.point) <= 0.0 {
         return None;
     }
-    if line.at(line.start).cross(entry.point) <= 0.0 {
-        return enter(line, corners, half_edge);
-    }
-    let Crossing { point, w } = entry;
-    let t = (line.b * point.y / point.x).max(line.start).min(line.end);
-    Some(Side { line, left, right, half_edge, point, weight: [w, 0.0], height: height(line.at(t), point), t })
+    let mut place = ContourPoint { point: entry.point, weight: [entry.w, 0.0] };
+    let t = if start.cross(entry.point) <= 0.0 {
+        // The ray begins in the column.
+        let weight = if apex.is_left() { [exit.w, 1.0 - exit.w] } else { [0.0, exit.w] };
+        place = place.clip(ContourPoint { point: exit.point, weight }, start);
+        line.start
+    } else {
+        (line.b * place.point.y / place.point.x).max(line.start).min(line.end)
+    };
+    let ContourPoint { point, weight } = place;
+    Some(Side { line, left, right, half_edge, point, weight, height: height(line.at(t), point), t })
 }
 
 /// A point on the contour inside the current triangle.

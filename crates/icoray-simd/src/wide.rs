@@ -44,15 +44,7 @@ lane_by_lane! {
     Add::add: +;
     Sub::sub: -;
     Mul::mul: *;
-}
-
-impl<V: Simd> Div for Wide<V> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn div(self, other: Self) -> Self {
-        Wide(self.0 / other.0, self.1 / other.1)
-    }
+    Div::div: /;
 }
 
 impl<V: Simd> Wide<V> {

@@ -72,8 +72,8 @@ impl<'w> MediumPiece<'w> {
         let color = medium.color.span(segments[0].value(middle));
         let reach = segments.map_inline(|segment| 0.5 * f64::EPSILON * segment.f0.abs().max(segment.f1.abs()));
         let rounding = [
-            color.steepest() * medium.color.scale() * reach[0],
-            extinction.extinction_slope().abs() * medium.extinction.scale() * reach[1],
+            color.steepest * medium.color.scale() * reach[0],
+            extinction.extinction_slope.abs() * medium.extinction.scale() * reach[1],
         ];
         Some(MediumPiece { medium, spans: [color, extinction], segments, slot, gradient_size: 0.0, rounding })
     }
@@ -93,9 +93,9 @@ impl<'w> MediumPiece<'w> {
         let tone = in_color.color(color.normal(other)).map_inline(|c| c.max(0.0));
         MediumNode {
             extinction: in_extinction.extinction(extinction.normal(value)),
-            thickening: in_extinction.extinction_slope() * extinction.scale() * slope,
+            thickening: in_extinction.extinction_slope * extinction.scale() * slope,
             color: tone,
-            tint: in_color.color_slope().map_inline(|c| c * color.scale() * other_slope),
+            tint: in_color.color_slope.map_inline(|c| c * color.scale() * other_slope),
         }
     }
 
@@ -110,7 +110,7 @@ impl<'w> MediumPiece<'w> {
         let whole = &self.segments[1];
         let part = whole.part((from, whole.value(from)), (to, whole.value(to)));
         let ends = self.extinction(from) + self.extinction(to);
-        let slope = self.spans[1].extinction_slope() * self.medium.extinction.scale();
+        let slope = self.spans[1].extinction_slope * self.medium.extinction.scale();
         (part.length * (0.5 * ends + slope * part.kappa * bend_factor(part.eps) / 6.0)).max(0.0)
     }
 }
@@ -327,7 +327,7 @@ impl MediumPiece<'_> {
         let most = |of: &dyn Fn(usize) -> f64| of(0).abs().max(of(1).abs()).max(of(2).abs());
         let bend = 2.0 * most(&|k| start[k] - 2.0 * middle[k] + end[k]);
         let change = most(&|k| end[k] - start[k]) + bend;
-        shading.mean(&turn, &ColorChange { brightest: self.spans[0].brightest(), change, bend, eps })
+        shading.mean(&turn, &ColorChange { brightest: self.spans[0].brightest, change, bend, eps })
     }
 }
 

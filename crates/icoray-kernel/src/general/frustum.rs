@@ -2,7 +2,6 @@
 
 use super::blend::{Blend, BlendBuffers, MediumPiece};
 use super::passage::{PARTS, Passage, PassageKind, shares};
-use super::single::VertexBounds;
 use super::surfaces::{Material, SurfaceHeight};
 use super::wedge::{Facet, FacetSide, FrustumPoint, Wedge};
 use super::{KernelScene, RayState};
@@ -11,6 +10,7 @@ use crate::ground::SurfaceHit;
 use crate::piece::Radiance;
 use crate::segment::Segment;
 use crate::signature::Boundary;
+use crate::volume_ray::correlated;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::lerp;
 
@@ -149,7 +149,7 @@ impl<'r> RayState<'r, '_> {
         if self.scratch.media.is_empty()
             && let Some(single) = &mut self.single
         {
-            single.pass_void();
+            single.span = None;
         }
         if self.scratch.media.is_empty() && !meets_isosurface && !has_radii && self.passages.is_none() {
             self.counts.void_frusta += u64::from(ranges.iter().all(Option::is_none));
@@ -343,17 +343,22 @@ impl<'r> RayState<'r, '_> {
     fn single_piece(&mut self, wedge: &Wedge, gap: usize, way: &FrustumPath, range: [f64; 2]) -> Flow {
         let Scratch { segments, ranges, media, .. } = &self.scratch;
         let Some(single) = self.single.as_mut().filter(|_| !media.is_empty()) else { return Flow::On };
-        let source = single.source();
-        let (Some(value), Some(values)) = (segments[source], ranges[source]) else { return Flow::On };
-        single.go_on(self.light, self.min_transmittance);
-        let (light, flow) = if self.shading.is_some() {
-            let vertices @ [lower, upper] = &at_vertices(self.scene, wedge, gap, source);
+        let map = &self.scene.media[0].extinction;
+        let (Some(value), Some(values)) = (segments[map.source], ranges[map.source]) else { return Flow::On };
+        (single.light, single.min_transmittance) = (self.light, self.min_transmittance);
+        if map.spans().needs_sizes(self.scene.sources[map.source].value_range) {
+            let [low, high] = values.map_inline(|value| map.normal(value).abs());
+            single.size = correlated(low.max(high));
+        }
+        let flow = if self.shading.is_some() {
+            let vertices @ [lower, upper] = &at_vertices(self.scene, wedge, gap, map.source);
             let [x, y, z] = [0, 1, 2].map_inline(|axis| way.interpolant([&lower[axis], &upper[axis]]));
-            single.light([&value, &x, &y, &z], VertexBounds { values, gradient_size: size_of(vertices) }, range)
+            single.gradient_size = size_of(vertices);
+            single.part(map, [&value, &x, &y, &z], range)
         } else {
-            single.light([&value], VertexBounds { values, gradient_size: 0.0 }, range)
+            single.part(map, [&value], range)
         };
-        self.light = light;
+        self.light = single.light;
         flow
     }
 

@@ -27,7 +27,7 @@ pub use levels::Levels;
 pub use painted::PaintedPlace;
 pub use passage::{Passage, PassageKind};
 pub use source::{FieldSource, TransferMap};
-pub(crate) use step::{GapWay, Met};
+pub(crate) use step::Met;
 pub use surfaces::{Isosurface, Material, SurfaceHeight, SurfaceLayer};
 pub(crate) use wedge::{Facet, FacetSide, Wedge};
 
@@ -40,6 +40,7 @@ use crate::plane::RayLine;
 use crate::shade::{RayShading, Shading};
 use crate::signature::{Boundary, BoundarySignature, EyeDistance};
 use crate::trace::queue::PrimaryRay;
+use crate::volume_ray::VolumeRay;
 use crate::walk::Column;
 use clips::RayClips;
 use frustum::Scratch;
@@ -48,7 +49,6 @@ use icoray_grid::Grid;
 use icoray_grid::array::MapInline;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_scene::Method;
-use single::SingleVolume;
 
 /// The contents of a picture, equal for all rays of a frame.
 #[derive(Debug)]
@@ -144,7 +144,7 @@ pub(crate) struct RayState<'r, 'f> {
     /// The gap at the exit of the last column with data: where the search for the next one starts.
     gap: usize,
     /// The scene's volume, if it has one alone, in the colours of its own field.
-    single: Option<SingleVolume<'r>>,
+    single: Option<VolumeRay<'r, f64>>,
     counts: Counts,
     scratch: Scratch<'r>,
     /// The places that the ray has passed, if they are recorded.
@@ -161,6 +161,7 @@ impl<'r, 'f> RayState<'r, 'f> {
     #[inline]
     fn from_eye(tracer: &RaySettings<'r, 'f>, line: RayLine, dir: DVec3, from_eye: EyeDistance) -> Self {
         let color_tolerance = tracer.budget.color_tolerance_in::<f64>(tracer.shading.as_ref());
+        let single = tracer.scene.media.first().filter(|_| tracer.scene.has_one_field_of_volume());
         RayState {
             scene: tracer.scene,
             line,
@@ -176,7 +177,7 @@ impl<'r, 'f> RayState<'r, 'f> {
             from_eye,
             is_cut: false,
             gap: 0,
-            single: SingleVolume::new(tracer, dir),
+            single: single.map(|medium| VolumeRay::new(medium.extinction.spans(), tracer, dir)),
             counts: Counts { rays: 1, ..Counts::default() },
             scratch: Scratch::default(),
             passages: None,
@@ -330,7 +331,7 @@ impl<'r, 'f> RayState<'r, 'f> {
     #[inline]
     fn pass_void(&mut self) {
         if let Some(single) = &mut self.single {
-            single.pass_void();
+            single.span = None;
         }
     }
 

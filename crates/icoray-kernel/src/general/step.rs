@@ -20,14 +20,6 @@ pub(crate) struct Met {
     pub is_cut: bool,
 }
 
-/// A ray's path through one gap: the gap, and the fractions of the column at which the ray enters and leaves it, each
-/// with the layer at that place.
-#[derive(Clone, Copy)]
-pub(crate) struct GapWay {
-    pub gap: usize,
-    pub ends: [(f64, FacetSide); 2],
-}
-
 impl<'r, 'f> RayState<'r, 'f> {
     /// Starts a ray, in the memory of one that has ended.
     #[inline]
@@ -61,13 +53,18 @@ impl<'r, 'f> RayState<'r, 'f> {
         std::mem::take(&mut self.counts)
     }
 
-    /// Passes a gap of a column.
-    pub(crate) fn pass_gap(&mut self, column: &Column, triangle: u32, way: &GapWay) -> Flow {
+    /// Passes a gap of a column between two fractions of the column, each with the layer at that place.
+    pub(crate) fn pass_gap(
+        &mut self,
+        column: &Column,
+        triangle: u32,
+        (gap, ends): (usize, [(f64, FacetSide); 2]),
+    ) -> Flow {
         let wedge = Wedge::new(column, triangle);
         let levels = &self.scene.levels;
-        let [lower, upper] = [way.gap - 1, way.gap].map(|layer| Facet::new(&wedge, levels, layer));
+        let [lower, upper] = [gap - 1, gap].map(|layer| Facet::new(&wedge, levels, layer));
         self.scratch.forget();
-        self.gap(&wedge, [&lower, &upper], way.ends)
+        self.gap(&wedge, [&lower, &upper], ends)
     }
 
     /// Passes a layer with surfaces at the fraction `u` of a column.

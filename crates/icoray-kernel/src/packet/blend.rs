@@ -6,15 +6,14 @@
 
 use super::integral::{Light, absorbed_by, bend_factor};
 use super::lanes::Lanes;
-use super::light::{Change, GradientCourse, Lit, Shade};
+use super::light::{GradientCourse, Lit, Shade, is_dear};
 use super::medium::Medium;
 use super::part::{Part, all};
 use super::several::LEAST_PART;
-use super::turn::Spread;
-use crate::light::{INDEPENDENT, LIT_DEVIATIONS};
-use crate::lit::ADVANCE;
+use crate::light::{INDEPENDENT, Radiance};
+use crate::lit::LightSpread;
 use crate::piece::THIN;
-use crate::shade::RayShading;
+use crate::shade::{ColorChange, RayShading};
 use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
 use icoray_simd::{Floats, Machine, Mask};
@@ -45,7 +44,7 @@ pub(super) struct VolumeNodes<V: Machine> {
     depth: [Floats<V>; 2],
     /// Largest error of the colour of the light and of the optical depth due to rounding.
     rounding: [Floats<V>; 2],
-    change: Change<V>,
+    change: ColorChange<Floats<V>>,
 }
 
 impl<V: Machine> VolumeNodes<V> {
@@ -169,7 +168,12 @@ fn colors<V: Machine>(simd: V, medium: &Medium<V>, f: Floats<V>) -> [Floats<V>; 
 
 /// The change of colours over three places.
 #[inline(always)]
-fn changes<V: Machine>(simd: V, colors: &[[Floats<V>; 3]; 3], brightest: Floats<V>, eps: Floats<V>) -> Change<V> {
+fn changes<V: Machine>(
+    simd: V,
+    colors: &[[Floats<V>; 3]; 3],
+    brightest: Floats<V>,
+    eps: Floats<V>,
+) -> ColorChange<Floats<V>> {
     let [start, middle, end] = colors;
     let (mut bend, mut change) = (all(simd, 0.0), all(simd, 0.0));
     for k in 0..3 {
@@ -177,7 +181,7 @@ fn changes<V: Machine>(simd: V, colors: &[[Floats<V>; 3]; 3], brightest: Floats<
         change = change.max((end[k] - start[k]).abs());
     }
     let bend = bend + bend;
-    Change { brightest, change: change + bend, bend, eps }
+    ColorChange { brightest, change: change + bend, bend, eps }
 }
 
 /// The light of all volumes on the pieces.
@@ -255,7 +259,7 @@ impl<V: Machine> Blend<V> {
         // All parts of a frustum share the rounding of the gradients at its vertices.
         let extent = lighting.map_or(one, |(.., [from, to])| (to - from).max(LEAST_PART));
         let turned = absorbed * shade_deviation;
-        let light = Light {
+        let light = Radiance {
             color: color.map_inline(|c| c * absorbed),
             alpha: absorbed,
             error: absorbed * shared,
@@ -268,19 +272,12 @@ impl<V: Machine> Blend<V> {
         Blend { light, off: [shared, own], is_rounding, absorbs: depth.simd_gt(0.0) }
     }
 
-    /// Lanes whose rays cannot afford the error of their pieces, as [`is_affordable`](crate::lit::is_affordable).
+    /// Lanes whose rays cannot afford the error of their pieces.
     #[inline(always)]
     pub fn is_far(&self, simd: V, lanes: &Lanes<V>, color_tolerance: f32) -> Mask<V> {
         let color_tolerance = color_tolerance.max(LEAST_TOLERANCE);
-        let [shared, own] = self.off;
-        let share = self.light.alpha * (all(simd, 1.0) - lanes.alpha);
-        let earned = (lanes.alpha + share + ADVANCE as f32) * color_tolerance - lanes.error;
-        let allowed = earned - share * shared;
-        let own = own * (LIT_DEVIATIONS * INDEPENDENT) as f32;
-        let own_share = share * own;
-        let spread = lanes.shade_variance.mul_add((LIT_DEVIATIONS * LIT_DEVIATIONS) as f32, own_share * own_share);
-        let is_dear = allowed.simd_lt(0.0) | spread.simd_gt(allowed * allowed);
-        (shared + own).simd_gt(color_tolerance) & is_dear & !self.is_rounding & self.absorbs
+        let is_dear = is_dear(simd, &lanes.light, self.light.alpha, self.off, color_tolerance);
+        is_dear & !self.is_rounding & self.absorbs
     }
 }
 
@@ -418,7 +415,7 @@ impl<V: Machine> Nodes<V> {
 
     /// The distribution of light that is absorbed like this, as `Nodes::spread` of `general/mean_color.rs`.
     #[inline(always)]
-    fn spread(&self, simd: V, [e2, e3, e4]: [Floats<V>; 3], unseen: Floats<V>) -> Spread<V> {
+    fn spread(&self, simd: V, [e2, e3, e4]: [Floats<V>; 3], unseen: Floats<V>) -> LightSpread<Floats<V>> {
         let ([a, m, b], [from, to]) = (self.values, self.slopes);
         let inverse = all(simd, 1.0) / self.mean().max(f32::MIN_POSITIVE);
         let first = (b - a).mul_add(0.1, (from + to) * (-1.0 / 120.0));
@@ -427,7 +424,7 @@ impl<V: Machine> Nodes<V> {
         let missed = e2 * m.mul_add(e3, a4 + a3) + a2 * e3 + a1 * e4;
         let bent = (a - m - m + b).abs();
         let error_bound = missed.mul_add(12.0 / 105.0, bent * 0.02).mul_add(inverse, unseen * 0.5);
-        Spread {
+        LightSpread {
             centre: (first * inverse).max(-0.5).min(0.5),
             second: (second * inverse).max(0.0).min(0.25),
             error_bound: error_bound.min(0.5),

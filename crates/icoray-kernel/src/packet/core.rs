@@ -12,13 +12,13 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     #[inline(never)]
     pub(super) fn pass_voids(&mut self, entered: u32) {
         for lane in lanes_of(entered) {
-            if !self.frame.grid.is_void(self.lanes.triangles[lane]) {
+            if !self.frame.scene.grid.is_void(self.lanes.triangles[lane]) {
                 continue;
             }
             let ends = [0, 1].map(|k: usize| self.lanes.t[k].get(lane));
             let line = self.starts[lane].as_ref().map(|start| start.line);
-            let met = line.and_then(|line| line.first_inside(self.layers.core_radius(), ends));
-            match met.filter(|_| self.frame.core.is_some()) {
+            let met = line.and_then(|line| line.first_inside(self.frame.scene.core_radius[0], ends));
+            match met.filter(|_| self.frame.scene.core.is_some()) {
                 Some(t) => self.meet_core(lane, &CoreHit { t, u: None }),
                 None => {
                     let height = self.lanes.rho[1].get(lane);
@@ -37,8 +37,10 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         }
         if L::HAS_SCENE {
             self.scene_core(lane, hit);
-        } else if let (Some(mut ray), Some(core), Some(start)) = (self.ray(lane), self.frame.core, &self.starts[lane]) {
-            let over = hit.u.map(|_| (self.frame.grid, self.lanes.triangles[lane]));
+        } else if let (Some(mut ray), Some(core), Some(start)) =
+            (self.ray(lane), self.frame.scene.core, &self.starts[lane])
+        {
+            let over = hit.u.map(|_| (self.frame.scene.grid, self.lanes.triangles[lane]));
             ray.light.over(&core.round_light(start.line.position(hit.t), over, ray.shading.as_ref()));
             self.lanes.put_light(lane, &ray.light);
         }

@@ -1,5 +1,4 @@
-//! Traverses the gaps in the columns of a packet if each layer has one radius:
-//! [`ColumnTraversal`](crate::column::ColumnTraversal) in vectors.
+//! Traverses the gaps in the columns of a packet if each layer has one radius: `general/cross.rs` in vectors.
 
 use super::frame::PacketFrame;
 use super::lanes::Lanes;
@@ -7,7 +6,7 @@ use super::layers::{Crossing, Layers, next_shown};
 use super::medium::number;
 use super::part::all;
 use super::read::ConcentricWay;
-use crate::column::{Chord, Shell};
+use crate::column::{Chord, Shell, Values};
 use crate::lit::FrustumInterpolant;
 use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
@@ -36,29 +35,6 @@ impl<'t, const SCENE: bool> Concentric<'t, SCENE> {
     pub fn new(shell: &'t Shell) -> Option<Self> {
         Some(Concentric { shell, bounds: Pairs::new(shell.bounds())? })
     }
-
-    /// The gaps that contain these heights, as [`Shell::gap`], searched from those of the lanes, and the fractions of
-    /// the way from the layers below to those above.
-    #[inline(always)]
-    fn gaps_at<V: Machine>(&self, simd: V, lanes: &Lanes<V>, height: Wide<V>) -> (Numbers<V>, Floats<V>) {
-        let Concentric { shell, bounds } = *self;
-        let (one, none) = (number(simd, 1), number(simd, 0));
-        let (first, per_height) = (Wide::splat(simd, shell.inner()), Wide::splat(simd, shell.buckets_per_height()));
-        let bucket = ((height - first) * per_height).narrow().max(all(simd, 0.0)).to_int::<Numbers<V>>();
-        let mut gap = match Table::new(shell.below()) {
-            Some(below) => simd.gather_u32(below, bucket),
-            None => lanes.gap,
-        };
-        loop {
-            let [low, high] = simd.gather_f64_pair(bounds, gap);
-            let (is_above, is_below) = (high.le(height).narrow(), height.lt(low).narrow());
-            if (is_above | is_below).all_false() {
-                let place = (height - low).narrow() / (high - low).narrow();
-                return (gap, place.max(all(simd, 0.0)).min(all(simd, 1.0)));
-            }
-            gap = gap + is_above.select(one, none) - is_below.select(one, none);
-        }
-    }
 }
 
 impl<const SCENE: bool> Layers for Concentric<'_, SCENE> {
@@ -66,11 +42,6 @@ impl<const SCENE: bool> Layers for Concentric<'_, SCENE> {
     const HAS_SCENE: bool = SCENE;
     type End<V: Machine> = ConcentricEnd<V>;
     type Way<V: Machine> = ConcentricWay<V>;
-
-    #[inline]
-    fn core_radius(&self) -> f64 {
-        self.shell.inner()
-    }
 
     #[inline(always)]
     fn bases<V: Machine>(&self, _: V, cells: Numbers<V>, _: u32) -> Numbers<V> {
@@ -161,22 +132,26 @@ impl<const SCENE: bool> Layers for Concentric<'_, SCENE> {
         lanes.place = passing.select(place, leaving.select(end.place, lanes.place));
     }
 
+    /// As [`Shell::gap`], searched from the gaps of the lanes.
     #[inline(always)]
-    fn skip_columns<V: Machine>(
-        &self,
-        simd: V,
-        lanes: &mut Lanes<V>,
-        visible: &OccupancyMask,
-        entered: Mask<V>,
-    ) -> u32 {
-        let Some(blocks) = Table::new(&visible.blocks) else { return 0 };
-        let blocks = simd.gather_u32(blocks, lanes.triangles);
-        let (exit, place) = self.gaps_at(simd, lanes, lanes.rho[1]);
-        let shows = lanes.passes_blocks(simd, blocks, visible.shift, exit, self.shell.layers());
-        let skipped = entered & !shows;
-        lanes.gap = skipped.select(exit, lanes.gap);
-        lanes.place = skipped.select(place, lanes.place);
-        skipped.to_bitmask() as u32
+    fn exits<V: Machine>(&self, simd: V, lanes: &Lanes<V>, _: Mask<V>) -> (Numbers<V>, Option<Floats<V>>) {
+        let (Concentric { shell, bounds }, height) = (*self, lanes.rho[1]);
+        let (one, none) = (number(simd, 1), number(simd, 0));
+        let (first, per_height) = (Wide::splat(simd, shell.inner()), Wide::splat(simd, shell.buckets_per_height()));
+        let bucket = ((height - first) * per_height).narrow().max(all(simd, 0.0)).to_int::<Numbers<V>>();
+        let mut gap = match Table::new(shell.below()) {
+            Some(below) => simd.gather_u32(below, bucket),
+            None => lanes.gap,
+        };
+        loop {
+            let [low, high] = simd.gather_f64_pair(bounds, gap);
+            let (is_above, is_below) = (high.le(height).narrow(), height.lt(low).narrow());
+            if (is_above | is_below).all_false() {
+                let place = (height - low).narrow() / (high - low).narrow();
+                return (gap, Some(place.max(all(simd, 0.0)).min(all(simd, 1.0))));
+            }
+            gap = gap + is_above.select(one, none) - is_below.select(one, none);
+        }
     }
 
     #[inline(never)]
@@ -201,15 +176,28 @@ impl<const SCENE: bool> Layers for Concentric<'_, SCENE> {
     }
 
     fn interpolant<V: Machine, const N: usize>(
-        &self,
         lanes: &Lanes<V>,
         lane: usize,
         frame: &PacketFrame<'_>,
         crossing: &Crossing<V, ConcentricEnd<V>>,
-    ) -> FrustumInterpolant<f32, N> {
+    ) -> Option<FrustumInterpolant<f32, N>> {
+        if SCENE {
+            return None;
+        }
         let weights = lanes.weights.map(|end| end.map(|row| row[lane]));
-        let [low, high] = lanes.vertices(lane, frame).map(|vertices| Chord::over(vertices, &weights));
+        let (upper, layers) = (lanes.gap[lane] as usize, frame.packets.shell.layers());
+        let [low, high] = [upper - 1, upper].map(|layer| {
+            let vertex = |cell: u32| {
+                let mut values: Values<f32, N> = [0.0; N];
+                values[0] = frame.packets.source.value(cell, layer);
+                if N == 4 {
+                    values[1..].copy_from_slice(&frame.gradients.at(cell as usize * layers + layer));
+                }
+                values
+            };
+            Chord::over(lanes.cells.map(|row| vertex(row[lane])), &weights)
+        });
         let [from, to] = [lanes.place[lane], crossing.end.place[lane]].map(|place| low.mix(high, place));
-        from.interpolant(&to, [lanes.tau[lane], crossing.end.tau[lane]], crossing.eps[lane])
+        Some(from.interpolant(&to, [lanes.tau[lane], crossing.end.tau[lane]], crossing.eps[lane]))
     }
 }

@@ -1,7 +1,8 @@
 //! Radii of the layers around each lane's gap, from the model's array of heights.
 
-use super::lanes::{Lanes, lanes_of};
+use super::lanes::Lanes;
 use super::medium::number;
+use super::read::bases_of;
 use fearless_simd::prelude::*;
 use icoray_grid::Reals;
 use icoray_grid::array::MapInline;
@@ -47,18 +48,7 @@ impl<'t> HeightTable<'t> {
     /// Offsets of the heights of cells.
     #[inline(always)]
     pub fn bases<V: Machine>(&self, simd: V, cells: Numbers<V>, bits: u32) -> Numbers<V> {
-        match self.plain.column {
-            Some([offset, stride]) => cells * number(simd, stride as u32) + number(simd, offset as u32),
-            None => self.blocked_bases::<V>(cells, bits),
-        }
-    }
-
-    #[inline(never)]
-    fn blocked_bases<V: Machine>(&self, mut cells: Numbers<V>, bits: u32) -> Numbers<V> {
-        for lane in lanes_of(bits) {
-            cells[lane] = self.base(cells[lane]);
-        }
-        cells
+        bases_of(simd, self.plain.column, cells, bits, |cell| self.base(cell))
     }
 
     /// [`Self::bases`] of one cell.

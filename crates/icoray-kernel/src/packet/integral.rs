@@ -6,6 +6,7 @@
 
 use super::medium::Medium;
 use super::part::{Part, all};
+use crate::light::Radiance;
 use crate::piece::THIN;
 use fearless_simd::prelude::*;
 use icoray_simd::{Floats, Machine, Mask, exp2};
@@ -19,15 +20,8 @@ pub(super) const LARGEST_DEPTH: f32 = 80.0;
 /// Half a unit of the last digit of 1.
 const ROUNDING: f32 = 0.5 * f32::EPSILON;
 
-/// Colour and absorption of a piece in each lane, as [`Radiance`](crate::light::Radiance).
-#[derive(Clone, Copy)]
-pub(super) struct Light<V: Machine> {
-    pub color: [Floats<V>; 3],
-    pub alpha: Floats<V>,
-    pub error: Floats<V>,
-    pub variance: Floats<V>,
-    pub shade_variance: Floats<V>,
-}
+/// Colour and absorption of a piece in each lane.
+pub(super) type Light<V> = Radiance<Floats<V>>;
 
 /// The terms that all rules share, as `Terms` of `piece.rs`.
 pub(super) struct Integral<'p, V: Machine> {
@@ -168,7 +162,7 @@ impl<'p, V: Machine> Integral<'p, V> {
         let change = medium.steepest.mul_add(absorbed, thickened);
         let off = reach.mul_add(change, absorbed * ROUNDING).min(one);
         let shade_variance = all(self.simd, 0.0);
-        Light { color, alpha: absorbed, error: outcome.error, variance: off * off, shade_variance }
+        Radiance { color, alpha: absorbed, error: outcome.error, variance: off * off, shade_variance }
     }
 }
 

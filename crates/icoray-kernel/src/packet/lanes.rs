@@ -1,9 +1,11 @@
 //! The rays of a packet, a lane each, and their step from column to column.
 
 use super::MOST;
+use super::integral::Light;
 use super::layers::Layers;
 use super::medium::number;
 use super::part::{Part, all};
+use crate::light::Radiance;
 use crate::plane::Plane;
 use crate::walk::Side;
 use fearless_simd::prelude::*;
@@ -69,17 +71,6 @@ impl Entries {
     }
 }
 
-/// Offset of each lane's entry.
-const ENTRY_STARTS: [u32; MOST] = {
-    let mut starts = [0; MOST];
-    let mut lane = 0;
-    while lane < MOST {
-        starts[lane] = 8 * lane as u32;
-        lane += 1;
-    }
-    starts
-};
-
 /// Rays, one per lane: the ray, its column, its gap, the rest of its frustum, and its light.
 ///
 /// [`Self::put`] enters a ray into a lane. The members correspond to those of `walk.rs`, `column.rs` and `segment.rs`.
@@ -134,11 +125,7 @@ pub(super) struct Lanes<V: Machine> {
     /// The span of its last piece.
     pub span: Numbers<V>,
     /// Its light so far.
-    pub color: [Floats<V>; 3],
-    pub alpha: Floats<V>,
-    pub error: Floats<V>,
-    pub variance: Floats<V>,
-    pub shade_variance: Floats<V>,
+    pub light: Light<V>,
     /// The most by which the colour in its frustum differs from that on a finer grid, and what the ray had absorbed
     /// before that frustum.
     pub color_change: Floats<V>,
@@ -186,11 +173,7 @@ impl<V: Machine> Lanes<V> {
             is_monotone: no,
             size: all(simd, 1.0),
             span: nothing,
-            color: [zero; 3],
-            alpha: zero,
-            error: zero,
-            variance: zero,
-            shade_variance: zero,
+            light: Radiance { color: [zero; 3], alpha: zero, error: zero, variance: zero, shade_variance: zero },
             color_change: zero,
             absorbed_before: zero,
         }
@@ -256,7 +239,7 @@ impl<V: Machine> Lanes<V> {
     pub fn load<L: Layers>(&mut self, simd: V, entries: &Entries, new: Mask<V>) {
         let Some(table) = Table::new(entries.0.as_flattened()) else { return };
         let wide = wide_mask::<V>(new);
-        let first = <Numbers<V> as SimdBase<V>>::from_slice(simd, &ENTRY_STARTS[..Self::COUNT]);
+        let first = <Numbers<V> as SimdBase<V>>::from_fn(simd, |lane| 8 * lane as u32);
         for (k, row) in self.axes.iter_mut().enumerate() {
             put(row, wide, simd.gather_vector(table, first + k as u32));
         }
@@ -275,11 +258,9 @@ impl<V: Machine> Lanes<V> {
             put(&mut self.next_wide_weights, wide, [first, second]);
         }
         let zero = all(simd, 0.0);
-        let numbers = [&mut self.alpha, &mut self.error, &mut self.variance, &mut self.shade_variance];
-        for row in numbers.into_iter().chain([&mut self.color_change, &mut self.absorbed_before]) {
-            *row = new.select(zero, *row);
-        }
-        for row in &mut self.color {
+        let Radiance { color, alpha, error, variance, shade_variance } = &mut self.light;
+        let numbers = [alpha, error, variance, shade_variance, &mut self.color_change, &mut self.absorbed_before];
+        for row in numbers.into_iter().chain(color) {
             *row = new.select(zero, *row);
         }
     }

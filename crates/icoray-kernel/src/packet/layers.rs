@@ -3,11 +3,8 @@
 
 use super::frame::PacketFrame;
 use super::lanes::Lanes;
-use super::medium::number;
 use super::read::{Course, Vertices};
-use crate::column::Values;
 use crate::lit::FrustumInterpolant;
-use fearless_simd::prelude::*;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_simd::{Floats, Machine, Mask, Numbers, Wide};
 
@@ -49,9 +46,6 @@ pub(super) trait Layers: Copy {
     type End<V: Machine>: Copy;
     type Way<V: Machine>: Way<V>;
 
-    /// Radius of the round core below void triangles.
-    fn core_radius(&self) -> f64;
-
     /// Offsets of the heights of cells, for the lanes whose bits are set.
     fn bases<V: Machine>(&self, simd: V, cells: Numbers<V>, bits: u32) -> Numbers<V>;
 
@@ -83,47 +77,23 @@ pub(super) trait Layers: Copy {
         leaving: Mask<V>,
     );
 
-    /// Moves the lanes of `entered` in whose columns nothing is visible to their columns' exits; returns their bits.
-    /// Columns that extend to the core or above all layers are not skipped.
-    fn skip_columns<V: Machine>(&self, simd: V, lanes: &mut Lanes<V>, visible: &OccupancyMask, entered: Mask<V>)
-    -> u32;
+    /// The gaps at the exits of the columns of `active` lanes, and the fractions of the way from the layers below to
+    /// those above, if they are needed.
+    fn exits<V: Machine>(&self, simd: V, lanes: &Lanes<V>, active: Mask<V>) -> (Numbers<V>, Option<Floats<V>>);
 
     /// Moves a lane from an invisible gap to the next visible one in its column, to the space below or above all
     /// layers, or to the column's exit: then it returns true.
     fn skip<V: Machine>(&self, lanes: &mut Lanes<V>, lane: usize, visible: &OccupancyMask) -> bool;
 
-    /// Value, and gradient where `N` is 4, along the frustum of a lane, in scalar code.
+    /// Value, and gradient where `N` is 4, along the frustum of a lane, in scalar code; `None` if
+    /// [`Self::HAS_SCENE`], where single rays pass such frusta.
     fn interpolant<V: Machine, const N: usize>(
-        &self,
-        lanes: &Lanes<V>,
-        lane: usize,
-        frame: &PacketFrame<'_>,
-        crossing: &Crossing<V, Self::End<V>>,
-    ) -> FrustumInterpolant<f32, N>;
-}
-
-impl<V: Machine> Lanes<V> {
-    /// Lanes whose path from their gaps to the gaps `exit` meets one of the `blocks` of 2^`shift` gaps, the core, or
-    /// the space above all layers.
-    #[inline(always)]
-    pub fn passes_blocks(&self, simd: V, blocks: Numbers<V>, shift: u32, exit: Numbers<V>, layers: usize) -> Mask<V> {
-        let (low, high) = (self.gap.min(exit), self.gap.max(exit));
-        let most = number(simd, u32::MAX);
-        let (first, last) = (((low - 1) >> shift).min(31), ((high - 1) >> shift).min(31));
-        let between = (most << first) & (most >> (number(simd, 31) - last));
-        let shows = (blocks & between).simd_ne(0);
-        shows | low.simd_eq(0) | high.simd_eq(layers as u32)
-    }
-
-    /// Normalised values, and gradients where `N` is 4, at the vertices of a lane's gap: below and above.
-    pub fn vertices<const N: usize>(&self, lane: usize, frame: &PacketFrame<'_>) -> [[Values<f32, N>; 3]; 2] {
-        let upper = self.gap[lane] as usize;
-        [upper - 1, upper].map(|layer| {
-            [0, 1, 2].map(|k: usize| {
-                let cell = self.cells[k][lane];
-                frame.vertex::<N>(cell, frame.source.value(cell, layer), layer)
-            })
-        })
+        _: &Lanes<V>,
+        _: usize,
+        _: &PacketFrame<'_>,
+        _: &Crossing<V, Self::End<V>>,
+    ) -> Option<FrustumInterpolant<f32, N>> {
+        None
     }
 }
 

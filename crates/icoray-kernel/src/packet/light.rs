@@ -6,10 +6,10 @@ use super::layers::Way;
 use super::medium::{Medium, number};
 use super::part::{Part, all};
 use super::read::{Course, FAR, Vertices};
-use super::turn::{Spread, Turns, Vectors};
+use super::turn::{Turns, Vectors, largest_cosine, spread_of, swing};
 use crate::light::{INDEPENDENT, LIT_DEVIATIONS};
-use crate::lit::{ADVANCE, HALVINGS_ALONG, HALVINGS_AT_START};
-use crate::shade::RayShading;
+use crate::lit::{ADVANCE, HALVINGS_ALONG, HALVINGS_AT_START, LightSpread};
+use crate::shade::{ColorChange, RayShading};
 use fearless_simd::prelude::*;
 use icoray_grid::gradient::Gradients;
 use icoray_simd::{Floats, Machine, Mask, Numbers, Table, power};
@@ -252,21 +252,12 @@ pub(super) struct Piece<'p, V: Machine> {
     pub eps: Floats<V>,
 }
 
-/// The change of colour along a piece of each lane: [`ColorChange`](crate::shade::ColorChange) in vectors.
-pub(super) struct Change<V: Machine> {
-    pub brightest: Floats<V>,
-    pub change: Floats<V>,
-    pub bend: Floats<V>,
-    pub eps: Floats<V>,
-}
-
-impl<V: Machine> Change<V> {
-    #[inline(always)]
-    fn of(part: &Part<V>, medium: &Medium<V>) -> Self {
-        let bend = medium.steepest * part.kappa.abs();
-        let change = medium.steepest * (part.f1 - part.f0).abs() + bend;
-        Change { brightest: medium.brightest, change, bend, eps: part.eps }
-    }
+/// The change of colour along a piece of each lane, as `ColorChange::of`.
+#[inline(always)]
+fn change_of<V: Machine>(part: &Part<V>, medium: &Medium<V>) -> ColorChange<Floats<V>> {
+    let bend = medium.steepest * part.kappa.abs();
+    let change = medium.steepest * (part.f1 - part.f0).abs() + bend;
+    ColorChange { brightest: medium.brightest, change, bend, eps: part.eps }
 }
 
 /// Shade of a piece: factors for its colour and for its change along the piece, the highlight, and their errors per
@@ -286,8 +277,8 @@ impl<V: Machine> Lit<V> {
     #[inline(always)]
     pub fn shade(&self, simd: V, common: &RayShading<f32>, piece: &Piece<'_, V>) -> Shade<V> {
         let Piece { part, medium, ends, range, eps } = *piece;
-        let spread = Spread::of(simd, part, medium, ends);
-        self.shade_of(simd, common, (&self.course, range, eps), spread, &Change::of(part, medium))
+        let spread = spread_of(simd, part, medium, ends);
+        self.shade_of(simd, common, (&self.course, range, eps), spread, &change_of(part, medium))
     }
 
     /// The mean shade of each lane's piece with these gradients along its frustum, of which it is `range`.
@@ -297,8 +288,8 @@ impl<V: Machine> Lit<V> {
         simd: V,
         common: &RayShading<f32>,
         (course, range, eps): (&GradientCourse<V>, [Floats<V>; 2], Floats<V>),
-        spread: Spread<V>,
-        colors: &Change<V>,
+        spread: LightSpread<Floats<V>>,
+        colors: &ColorChange<Floats<V>>,
     ) -> Shade<V> {
         let turn = Turns::of(simd, &course.of_piece(simd, range, eps), colors.eps, spread);
         let (body, tilt, dim) = self.mean_body(simd, common, &turn, colors);
@@ -321,14 +312,14 @@ impl<V: Machine> Lit<V> {
         simd: V,
         common: &RayShading<f32>,
         turn: &Turns<V>,
-        colors: &Change<V>,
+        colors: &ColorChange<Floats<V>>,
     ) -> (Floats<V>, Floats<V>, Floats<V>) {
-        let Change { brightest, change, bend: color_bend, eps } = *colors;
+        let ColorChange { brightest, change, bend: color_bend, eps } = *colors;
         let zero = all(simd, 0.0);
         let cosine = turn.cosine(&self.light);
         let is_behind = cosine.mean.simd_lt(zero);
         let (level, centre) = (cosine.mean.abs(), turn.spread.centre);
-        let (bend, swing) = (cosine.bend.abs(), cosine.swing());
+        let (bend, swing) = (cosine.bend.abs(), swing::<V>(&cosine));
         let may_cross = swing * 0.5 + turn.angle2 * 0.02 + turn.across - level;
         let crosses = may_cross.simd_gt(zero);
         let unsure = turn.spread.error_bound;
@@ -362,7 +353,7 @@ impl<V: Machine> Lit<V> {
         let (zero, one, s) = (all(simd, 0.0), all(simd, 1.0), common.shininess);
         let cosine = turn.cosine(&self.halfway);
         let level = cosine.mean.abs().min(one);
-        let reach = cosine.swing() * 0.5;
+        let reach = swing::<V>(&cosine) * 0.5;
         let rise2 = cosine.rise * cosine.rise;
         let variance = rise2 * turn.variance() + cosine.bend * cosine.bend * (1.0 / 45.0);
         let inverse = one / (level * level).max(reach * reach).max(f32::MIN_POSITIVE);
@@ -372,7 +363,7 @@ impl<V: Machine> Lit<V> {
         // Angles in widths of the highlight.
         let (x2, root) = (turn.angle2 * s, s.sqrt());
         let x = turn.angle * root;
-        let nearest = (one - cosine.largest()).max(zero);
+        let nearest = (one - largest_cosine::<V>(&cosine)).max(zero);
         let y = (nearest * (0.85 * (s - 2.0).max(0.0)) - x2 * 0.1).max(zero);
         let near = (y * (-1.0 / 12.0) + 1.3).max(zero).min(one);
         let near2 = near * near;
@@ -380,7 +371,7 @@ impl<V: Machine> Lit<V> {
         let unsure = turn.spread.error_bound;
         let centre = turn.spread.centre.abs() * x * 0.03 + turn.bend_length * (0.008 * root);
         let turned = x2 * (x2 * (1.0 / 700.0) + centre) + turn.along * s;
-        let local = (power * cosine.swing() / level.max(f32::MIN_POSITIVE)).mul_add(s, unsure * x2 * 0.5);
+        let local = (power * swing::<V>(&cosine) / level.max(f32::MIN_POSITIVE)).mul_add(s, unsure * x2 * 0.5);
         let slope = unsure * local.min(x * 0.61) + turn.across * (0.61 * root);
         let mut off = near * (turned + slope + unsure * x2 * 0.25);
         if s < 6.0 {
@@ -411,17 +402,30 @@ impl<V: Machine> Shade<V> {
         light.variance = (light.variance * scale).mul_add(scale, turned);
     }
 
-    /// Lanes whose rays cannot afford the error of their pieces, as [`is_affordable`](crate::lit::is_affordable).
+    /// Lanes whose rays cannot afford the error of their pieces.
     #[inline(always)]
     pub fn too_far(&self, simd: V, lanes: &Lanes<V>, piece: &Piece<'_, V>, color_tolerance: f32) -> Mask<V> {
-        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
         let depth = piece.part.length * piece.ends[0].max(piece.ends[1]);
-        let share = depth.min(one) * (one - lanes.alpha);
-        let earned = (lanes.alpha + share + ADVANCE as f32) * color_tolerance - lanes.error;
-        let allowed = (earned - share * self.rounding).max(zero);
-        let own = self.off * (LIT_DEVIATIONS * INDEPENDENT) as f32;
-        let own_share = share * own;
-        let spread = lanes.shade_variance.mul_add((LIT_DEVIATIONS * LIT_DEVIATIONS) as f32, own_share * own_share);
-        (own + self.rounding).simd_gt(color_tolerance) & spread.simd_gt(allowed * allowed)
+        is_dear(simd, &lanes.light, depth.min(1.0), [self.rounding, self.off], color_tolerance)
     }
+}
+
+/// Lanes whose rays, which have the light `before` them, cannot afford pieces that absorb `absorbed` with these errors
+/// per absorbed light: the opposite of [`is_affordable`](crate::lit::is_affordable).
+#[inline(always)]
+pub(super) fn is_dear<V: Machine>(
+    simd: V,
+    before: &Light<V>,
+    absorbed: Floats<V>,
+    [shared, own]: [Floats<V>; 2],
+    color_tolerance: f32,
+) -> Mask<V> {
+    let share = absorbed * (all(simd, 1.0) - before.alpha);
+    let earned = (before.alpha + share + ADVANCE as f32) * color_tolerance - before.error;
+    let allowed = earned - share * shared;
+    let own = own * (LIT_DEVIATIONS * INDEPENDENT) as f32;
+    let own_share = share * own;
+    let spread = before.shade_variance.mul_add((LIT_DEVIATIONS * LIT_DEVIATIONS) as f32, own_share * own_share);
+    let is_beyond = allowed.simd_lt(0.0) | spread.simd_gt(allowed * allowed);
+    (shared + own).simd_gt(color_tolerance) & is_beyond
 }

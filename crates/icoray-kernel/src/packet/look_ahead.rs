@@ -23,7 +23,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     #[inline(always)]
     pub(super) fn look_ahead(&mut self) {
         let stepped = std::mem::take(&mut self.stepped);
-        let (tables, source) = (self.tables, self.frame.source);
+        let (tables, source) = (self.tables, &self.frame.packets.source);
         let apexes = self.lanes.next_apexes(self.simd, &tables.mesh);
         let bases = source.bases(self.simd, apexes, stepped);
         for lane in lanes_of(stepped) {

@@ -29,6 +29,7 @@ use lanes::{Entries, Lanes, lanes_of};
 use layers::{CoreHit, Layers};
 use light::Lit;
 pub use limits::beyond_gathers;
+use medium::number;
 use native::Native;
 pub use packet_scene::PacketScene;
 use part::all;
@@ -85,22 +86,22 @@ pub(crate) fn trace<const N: usize>(
         (tables.leaps, tables.hollow) = (Leaps::new(frame), HollowCore::new(frame));
     }
     if tracer.scene.is_volume_alone() {
-        let layers = Concentric::<false>::new(frame.shell)?;
+        let layers = Concentric::<false>::new(&frame.packets.shell)?;
         trace_between::<_, N>(level, frame, &tables, layers, rays, counts, target);
         return Some(());
     }
     let volumes = match &packets.volumes {
-        Some(volumes) => Some(VolumeTables::new(volumes, tracer, frame.shell.layers())?),
+        Some(volumes) => Some(VolumeTables::new(volumes, tracer, frame.packets.shell.layers())?),
         None => None,
     };
     let tables = Tables { scene: Some(SceneTables::new(tracer, packets)?), volumes, ..tables };
     match &tracer.scene.levels {
         Levels::Concentric(_) => {
-            let layers = Concentric::<true>::new(frame.shell)?;
+            let layers = Concentric::<true>::new(&frame.packets.shell)?;
             trace_between::<_, N>(level, frame, &tables, layers, rays, counts, target);
         }
         Levels::Native(heights) => {
-            let layers = Native::new(heights, tracer.scene.core_radius[0])?;
+            let layers = Native::new(heights)?;
             trace_between::<_, N>(level, frame, &tables, layers, rays, counts, target);
         }
     }
@@ -196,7 +197,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
             mid: 0,
             ended: 0,
             exited: 0,
-            color_tolerance: frame.color_tolerance() as f32,
+            color_tolerance: frame.rays.budget.color_tolerance_in::<f32>(frame.shading.as_ref()) as f32,
             min_transmittance: all(simd, 0.0),
             scene: tables.scene.as_ref().map(|tables| SceneLanes::new(simd, tables)),
             volumes: tables.volumes.as_ref().map(|tables| VolumeLanes::new(simd, tables)),
@@ -208,7 +209,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     /// Traces all rays.
     #[inline(always)]
     fn trace(&mut self, rays: &mut dyn Iterator<Item = PrimaryRay>, counts: &mut Counts, target: &mut Target) {
-        let hints = RowHints::new(self.frame.grid);
+        let hints = RowHints::new(self.frame.scene.grid);
         let mut queue = Rays { rays, clip: self.clip(), hints, last_shown: [u32::MAX; 2], entries: Entries::new() };
         // Gaps are passed in every turn if no column is passed as a whole.
         let is_full = self.frame.visible.is_full() && self.runs.is_none();
@@ -243,7 +244,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
             self.counts.rays += u64::from(new.count_ones());
         }
         let new = mask::<V>(self.simd, new);
-        let min_transmittance = all(self.simd, self.frame.budget.min_transmittance as f32);
+        let min_transmittance = all(self.simd, self.frame.rays.budget.min_transmittance as f32);
         self.min_transmittance = new.select(min_transmittance, self.min_transmittance);
         self.lanes.load::<L>(self.simd, &queue.entries, new);
         is_empty
@@ -252,7 +253,6 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     /// Takes rays into free lanes; returns true if there are no more.
     #[inline(never)]
     fn take(&mut self, queue: &mut Rays, target: &mut Target) -> bool {
-        let core_radius = self.core_radius();
         for lane in lanes_of(!self.live & (u32::MAX >> (u32::BITS - Lanes::<V>::COUNT as u32))) {
             let next = queue.next(self.frame, self.tables, &mut self.counts, target);
             let Some((start, side, next_leap)) = next else { return true };
@@ -264,7 +264,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
                 scene.begin(lane, &start);
             }
             if let Some(runs) = &mut self.runs {
-                runs.begin(lane, &start.line, self.frame, core_radius);
+                runs.begin(lane, &start.line, self.frame);
             }
             if let Some(shading) = self.frame.shading.as_ref().filter(|_| N == 4) {
                 let shading = shading.along::<f32>(start.dir);
@@ -282,7 +282,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     /// Offsets of the values and heights of a side's two cells.
     #[inline]
     fn bases_of(&self, side: &Side) -> [[u32; 2]; 2] {
-        let (source, [left, right]) = (self.frame.source, [side.left.cell, side.right.cell]);
+        let (source, [left, right]) = (&self.frame.packets.source, [side.left.cell, side.right.cell]);
         [[source.base(left), source.base(right)], [self.layers.base(left), self.layers.base(right)]]
     }
 
@@ -294,7 +294,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
             self.leap_core();
             let step = mask::<V>(simd, self.fresh);
             let apexes = self.lanes.step::<L>(simd, &self.tables.mesh, step);
-            let bases = self.frame.source.bases(simd, apexes, self.fresh);
+            let bases = self.frame.packets.source.bases(simd, apexes, self.fresh);
             self.lanes.put_bases::<L>(step, bases, self.layers.bases(simd, apexes, self.fresh));
             self.counts.columns += u64::from(self.fresh.count_ones());
             let entered = std::mem::take(&mut self.fresh);
@@ -302,14 +302,14 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
             self.stepped = entered;
             if self.runs.is_some() {
                 self.pass_others(entered);
-            } else if self.frame.grid.void_triangles() > 0 {
+            } else if self.frame.scene.grid.void_triangles() > 0 {
                 self.pass_voids(entered);
             }
             let entered = entered & !self.fresh & !self.ended;
             self.layers.enter(simd, &mut self.lanes, entered);
             if !self.frame.visible.is_full() {
                 let entered = mask::<V>(simd, entered);
-                let skipped = self.layers.skip_columns(simd, &mut self.lanes, self.frame.visible, entered);
+                let skipped = self.skip_columns(entered);
                 self.leave(skipped);
                 self.leap(skipped);
             }
@@ -317,6 +317,27 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         if !self.frame.visible.is_full() {
             self.skip();
         }
+    }
+
+    /// Moves the lanes of `entered` in whose columns nothing is visible to their columns' exits; returns their bits.
+    /// Columns that extend to the core or above all layers are not skipped.
+    #[inline(always)]
+    fn skip_columns(&mut self, entered: Mask<V>) -> u32 {
+        let (simd, lanes, visible) = (self.simd, &mut self.lanes, self.frame.visible);
+        let Some(blocks) = Table::new(&visible.blocks) else { return 0 };
+        let blocks = simd.gather_u32(blocks, lanes.triangles);
+        let (exit, place) = self.layers.exits(simd, lanes, entered);
+        let (low, high) = (lanes.gap.min(exit), lanes.gap.max(exit));
+        let most = number(simd, u32::MAX);
+        let (first, last) = (((low - 1) >> visible.shift).min(31), ((high - 1) >> visible.shift).min(31));
+        let between = (most << first) & (most >> (number(simd, 31) - last));
+        let is_beyond = low.simd_eq(0) | high.simd_eq(self.frame.packets.shell.layers() as u32);
+        let skipped = entered & !((blocks & between).simd_ne(0) | is_beyond);
+        lanes.gap = skipped.select(exit, lanes.gap);
+        if let Some(place) = place {
+            lanes.place = skipped.select(place, lanes.place);
+        }
+        skipped.to_bitmask() as u32
     }
 
     /// Moves lanes out of invisible gaps.
@@ -336,7 +357,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         let visible = self.frame.visible;
         let Some(blocks) = Table::new(&visible.blocks) else { return 0 };
         let below = self.lanes.gap - 1;
-        let inside = below.simd_lt(self.frame.shell.layers() as u32 - 1);
+        let inside = below.simd_lt(self.frame.packets.shell.layers() as u32 - 1);
         let blocks = self.simd.gather_u32(blocks, self.lanes.triangles);
         let shown = ((blocks >> (below >> visible.shift)) & 1).simd_ne(0);
         (inside & !shown).to_bitmask() as u32 & self.live & !self.fresh & !self.mid & !self.ended
@@ -357,10 +378,10 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         let simd = self.simd;
         let active = self.live & !self.fresh & !self.ended;
         let crossing = self.layers.cross(simd, &self.lanes);
-        let below = (self.lanes.gap - 1).simd_lt(self.frame.shell.layers() as u32 - 1);
+        let below = (self.lanes.gap - 1).simd_lt(self.frame.packets.shell.layers() as u32 - 1);
         let inside = below.to_bitmask() as u32 & active;
         let mut done = active;
-        if self.frame.core.is_some() {
+        if self.frame.scene.core.is_some() {
             let core = self.lanes.gap.simd_eq(0).to_bitmask() as u32 & active;
             for lane in lanes_of(core) {
                 let [t0, t1] = [0, 1].map_inline(|k: usize| self.lanes.t[k].get(lane));
@@ -414,7 +435,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     /// The ray in a lane for scalar code, with its light.
     fn ray(&self, lane: usize) -> Option<VolumeRay<'p, f32>> {
         let start = self.starts[lane]?;
-        let mut ray = VolumeRay::new(&self.frame.rules(), start.dir);
+        let mut ray = VolumeRay::new(&self.frame.packets.spans, self.frame.rays, start.dir);
         ray.light = self.lanes.light(lane);
         ray.min_transmittance = self.min_transmittance[lane];
         ray.size = self.lanes.size[lane];

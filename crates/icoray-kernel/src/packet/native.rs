@@ -10,25 +10,22 @@
 //! With `x = (ψ - 1)/(ψ - ψ')` the value is `(1 - x) N + x N'`, where `N = Σ (α/R)·g` of the values g on the lower layer
 //! and N' on the upper one are linear along the ray: [`NativeWay`].
 
-use super::frame::PacketFrame;
 use super::heights::{Corners, HeightTable};
 use super::lanes::{Lanes, lanes_of};
 use super::layers::{Crossing, Layers, next_shown};
 use super::medium::number;
-use super::native_way::{LaneWay, NativeWay};
+use super::native_way::NativeWay;
 use super::part::all;
-use crate::lit::FrustumInterpolant;
 use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
 use icoray_grid::heights::Heights;
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_simd::{Floats, Machine, Mask, Numbers, Table, Wide, wide_mask};
+use icoray_simd::{Floats, Machine, Mask, Numbers, Wide, wide_mask};
 
 /// The layers for packets.
 #[derive(Clone, Copy)]
 pub(super) struct Native<'t> {
     table: HeightTable<'t>,
-    core_radius: f64,
 }
 
 /// The points at which lanes leave their gaps.
@@ -98,11 +95,10 @@ fn place<V: Machine>(simd: V, psi: Wide<V>, depth: Floats<V>) -> Floats<V> {
 }
 
 impl<'t> Native<'t> {
-    /// The layers at `heights`, over a core of `core_radius` below void triangles; `None` if they are too many for
-    /// gathers.
+    /// The layers at `heights`; `None` if they are too many for gathers.
     #[inline]
-    pub fn new(heights: &'t Heights<'_>, core_radius: f64) -> Option<Self> {
-        Some(Native { table: HeightTable::new(heights)?, core_radius })
+    pub fn new(heights: &'t Heights<'_>) -> Option<Self> {
+        Some(Native { table: HeightTable::new(heights)? })
     }
 
     /// ψ of a layer at the entry (0) or exit (1) of a lane's column, rounded as in vectors.
@@ -137,25 +133,6 @@ impl<'t> Native<'t> {
         let down = below.lt(one).narrow() & gap.simd_gt(0);
         [up, down & !up]
     }
-
-    /// The gaps at the exits of the columns of `active` lanes.
-    #[inline(always)]
-    fn exit_gaps<V: Machine>(&self, simd: V, lanes: &Lanes<V>, active: Mask<V>) -> Numbers<V> {
-        let weights = weights(simd, lanes);
-        let (one, none) = (number(simd, 1), number(simd, 0));
-        let mut gap = lanes.gap;
-        loop {
-            let [low, high] = self.table.inverses(simd, lanes, gap);
-            let [below, ..] = Facet::end(lanes.rho[1], &weights[1], &low);
-            let [above, ..] = Facet::end(lanes.rho[1], &weights[1], &high);
-            let [up, down] = self.moves(simd, gap, [below, above]);
-            let (up, down) = (up & active, down & active);
-            if (up | down).all_false() {
-                return gap;
-            }
-            gap = gap + up.select(one, none) - down.select(one, none);
-        }
-    }
 }
 
 impl Layers for Native<'_> {
@@ -163,11 +140,6 @@ impl Layers for Native<'_> {
     const HAS_SCENE: bool = true;
     type End<V: Machine> = NativeEnd<V>;
     type Way<V: Machine> = NativeWay<V>;
-
-    #[inline]
-    fn core_radius(&self) -> f64 {
-        self.core_radius
-    }
 
     #[inline(always)]
     fn bases<V: Machine>(&self, simd: V, cells: Numbers<V>, bits: u32) -> Numbers<V> {
@@ -260,20 +232,21 @@ impl Layers for Native<'_> {
     }
 
     #[inline(always)]
-    fn skip_columns<V: Machine>(
-        &self,
-        simd: V,
-        lanes: &mut Lanes<V>,
-        visible: &OccupancyMask,
-        entered: Mask<V>,
-    ) -> u32 {
-        let Some(blocks) = Table::new(&visible.blocks) else { return 0 };
-        let blocks = simd.gather_u32(blocks, lanes.triangles);
-        let exit = self.exit_gaps(simd, lanes, entered);
-        let shows = lanes.passes_blocks(simd, blocks, visible.shift, exit, self.table.layers());
-        let skipped = entered & !shows;
-        lanes.gap = skipped.select(exit, lanes.gap);
-        skipped.to_bitmask() as u32
+    fn exits<V: Machine>(&self, simd: V, lanes: &Lanes<V>, active: Mask<V>) -> (Numbers<V>, Option<Floats<V>>) {
+        let weights = weights(simd, lanes);
+        let (one, none) = (number(simd, 1), number(simd, 0));
+        let mut gap = lanes.gap;
+        loop {
+            let [low, high] = self.table.inverses(simd, lanes, gap);
+            let [below, ..] = Facet::end(lanes.rho[1], &weights[1], &low);
+            let [above, ..] = Facet::end(lanes.rho[1], &weights[1], &high);
+            let [up, down] = self.moves(simd, gap, [below, above]);
+            let (up, down) = (up & active, down & active);
+            if (up | down).all_false() {
+                return (gap, None);
+            }
+            gap = gap + up.select(one, none) - down.select(one, none);
+        }
     }
 
     #[inline(never)]
@@ -294,16 +267,6 @@ impl Layers for Native<'_> {
         lanes.u.set(lane, u);
         lanes.place[lane] = if is_rising { 0.0 } else { 1.0 };
         false
-    }
-
-    fn interpolant<V: Machine, const N: usize>(
-        &self,
-        lanes: &Lanes<V>,
-        lane: usize,
-        frame: &PacketFrame<'_>,
-        crossing: &Crossing<V, NativeEnd<V>>,
-    ) -> FrustumInterpolant<f32, N> {
-        LaneWay::of(&crossing.end.way, lane).interpolant(&lanes.vertices(lane, frame))
     }
 }
 

@@ -2,10 +2,7 @@
 
 use super::layers::Way;
 use super::read::{Course, Vertices};
-use crate::column::Values;
-use crate::lit::FrustumInterpolant;
 use fearless_simd::prelude::*;
-use icoray_grid::array::MapInline;
 use icoray_simd::{Floats, Machine};
 
 /// The points at which each ray enters and leaves its frustum: `(1 - x) N + x N'` is the value (`native.rs`), with N
@@ -62,53 +59,5 @@ impl<V: Machine> NativeWay<V> {
         let above = self.above[end].mul_add(ad, u.mul_add(high_rise, high));
         let rise = above - below;
         (place.simd_eq(1.0).select(above, place.mul_add(rise, below)), rise)
-    }
-}
-
-/// [`NativeWay`] of one lane.
-pub(super) struct LaneWay {
-    weights: [[[f32; 2]; 2]; 2],
-    above: [f32; 2],
-    u: [f32; 2],
-    place: [f32; 2],
-    eps: f32,
-}
-
-impl LaneWay {
-    #[inline]
-    pub fn of<V: Machine>(way: &NativeWay<V>, lane: usize) -> Self {
-        LaneWay {
-            weights: way.weights.map_inline(|layer| layer.map_inline(|end| end.map_inline(|row| row[lane]))),
-            above: way.above.map_inline(|row| row[lane]),
-            u: way.u.map_inline(|row| row[lane]),
-            place: way.place.map_inline(|row| row[lane]),
-            eps: way.eps[lane],
-        }
-    }
-
-    /// Value, and gradient where `N` is 4, from those at the vertices below and above.
-    pub fn interpolant<const N: usize>(&self, [low, high]: &[[Values<f32, N>; 3]; 2]) -> FrustumInterpolant<f32, N> {
-        let zero = [0.0; N];
-        let mut interpolant = FrustumInterpolant { from: zero, to: zero, kappa: zero, eps: self.eps };
-        for k in 0..N {
-            let at = |vertices: &[Values<f32, N>; 3]| vertices.map(|values| values[k]);
-            let [from, to, kappa] = self.interpolate(at(low), at(high));
-            (interpolant.from[k], interpolant.to[k], interpolant.kappa[k]) = (from, to, kappa);
-        }
-        interpolant
-    }
-
-    fn interpolate(&self, [a, b, c]: [f32; 3], [d, e, f]: [f32; 3]) -> [f32; 3] {
-        let [below, above] = self.weights;
-        let low = below.map(|[second, third]| second * (b - a) + third * (c - a));
-        let high = above.map(|[second, third]| second * (e - d) + third * (f - d));
-        let [start, end] = [0, 1].map(|k: usize| {
-            let n = low[0] + self.u[k] * (low[1] - low[0]);
-            let above = high[0] + self.u[k] * (high[1] - high[0]) + self.above[k] * (d - a);
-            let rise = above - n;
-            (if self.place[k] == 1.0 { above } else { n + self.place[k] * rise }, rise)
-        });
-        let kappa = (self.place[1] - self.place[0]) * (self.eps * start.1 + (start.1 - end.1));
-        [a + start.0, a + end.0, kappa]
     }
 }

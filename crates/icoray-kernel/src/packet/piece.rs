@@ -28,7 +28,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let mut active = inside;
         if new != 0 {
             let way = L::way(&self.lanes, crossing);
-            let source = self.frame.source;
+            let source = &self.frame.packets.source;
             let vertices = source.read(simd, &self.lanes, self.lanes.bases, new);
             let [f0, f1, kappa] = source.normalised(simd, &vertices, &way);
             let read = Part { f0, f1, kappa, eps: crossing.eps, length: crossing.length };
@@ -113,8 +113,8 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let far = mask::<V>(simd, new) & size.simd_gt(FAR) & least.simd_lt(first + 1.0) & most.simd_gt(first);
         let reach = part.reach(size);
         let moved = part.length * self.tables.spans.densest * reach / (reach + (part.f1 - part.f0).abs());
-        let off = moved.min(1.0) * (all(simd, 1.0) - self.lanes.alpha);
-        self.lanes.variance = far.select(off.mul_add(off, self.lanes.variance), self.lanes.variance);
+        let off = moved.min(1.0) * (all(simd, 1.0) - self.lanes.light.alpha);
+        self.lanes.light.variance = far.select(off.mul_add(off, self.lanes.light.variance), self.lanes.light.variance);
     }
 
     /// Adds to the error of the lanes `new`, which enter frusta of this length, the difference from a finer grid's
@@ -126,8 +126,8 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         self.settle_color(new);
         let word = simd.gather_u32(words, self.lanes.triangles * number(simd, gaps) + self.lanes.gap - 1);
         let extinction = (word & number(simd, 0xffff_0000)).bitcast::<Floats<V>>();
-        let change = (extinction * length).min(1.0) * (all(simd, 1.0) - self.lanes.alpha);
-        self.lanes.error = new.select(self.lanes.error + change, self.lanes.error);
+        let change = (extinction * length).min(1.0) * (all(simd, 1.0) - self.lanes.light.alpha);
+        self.lanes.light.error = new.select(self.lanes.light.error + change, self.lanes.light.error);
         self.lanes.color_change = new.select((word << 16).bitcast::<Floats<V>>(), self.lanes.color_change);
     }
 
@@ -135,10 +135,10 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     #[inline(always)]
     pub(super) fn settle_color(&mut self, lanes: Mask<V>) {
         let row = &mut self.lanes;
-        let change = (row.alpha - row.absorbed_before) * row.color_change;
-        row.error = lanes.select(row.error + change, row.error);
+        let change = (row.light.alpha - row.absorbed_before) * row.color_change;
+        row.light.error = lanes.select(row.light.error + change, row.light.error);
         row.color_change = lanes.select(all(self.simd, 0.0), row.color_change);
-        row.absorbed_before = lanes.select(row.alpha, row.absorbed_before);
+        row.absorbed_before = lanes.select(row.light.alpha, row.absorbed_before);
     }
 
     /// Reads the gradients along the frusta of the lanes `new`, if any of them is visible. Returns the lanes whose
@@ -183,7 +183,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         let piece = Piece { part, medium, ends: integral.ends, range, eps };
         let shade = self.lit.shade(simd, common, &piece);
         shade.apply(simd, &piece, self.lit.fraction, light);
-        if self.frame.is_coarse {
+        if self.frame.rays.is_coarse {
             return 0;
         }
         let too_far = shade.too_far(simd, &self.lanes, &piece, self.color_tolerance);
@@ -195,11 +195,12 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     pub(super) fn end(&mut self, active: u32) {
         // The transmittance of a piece that ended early is accurate to the last digit only.
         let rest = self.min_transmittance * 1.001 + f32::EPSILON;
-        let through = all(self.simd, 1.0) - self.lanes.alpha;
+        let through = all(self.simd, 1.0) - self.lanes.light.alpha;
         let ends = through.simd_le(rest).to_bitmask() as u32 & active & !self.ended;
         if ends != 0 {
-            let left_out = through * self.frame.budget.brightest as f32;
-            self.lanes.error = mask::<V>(self.simd, ends).select(self.lanes.error + left_out, self.lanes.error);
+            let left_out = through * self.frame.rays.budget.brightest as f32;
+            self.lanes.light.error =
+                mask::<V>(self.simd, ends).select(self.lanes.light.error + left_out, self.lanes.light.error);
             self.ended |= ends;
         }
     }
@@ -207,7 +208,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     /// Lanes of `new` frusta in which a value is missing, and those that scalar code must integrate.
     #[inline(always)]
     fn unusual(&self, vertices: &Vertices<V>, part: &Part<V>, new: u32) -> (u32, u32) {
-        let source = self.frame.source;
+        let source = &self.frame.packets.source;
         let size = part.f0.abs() + part.f1.abs() + part.kappa.abs();
         let is_usual = size.simd_le(LARGEST) & part.eps.abs().simd_lt(LARGEST_EPS);
         let unusual = (!is_usual).to_bitmask() as u32 & new;
@@ -245,15 +246,12 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     #[inline(never)]
     fn scalar_frusta(&mut self, lanes: u32, crossing: &Crossing<V, L::End<V>>) {
         for lane in lanes_of(lanes) {
-            if self.scene.is_some() {
-                self.scene_frustum(lane, crossing);
-                self.counts.scalar_pieces += 1;
-                continue;
-            }
-            let Some(mut ray) = self.ray(lane) else { continue };
-            let interpolant: FrustumInterpolant<_, N> =
-                self.layers.interpolant(&self.lanes, lane, self.frame, crossing);
             self.counts.scalar_pieces += 1;
+            let Some(interpolant) = L::interpolant::<V, N>(&self.lanes, lane, self.frame, crossing) else {
+                self.scene_frustum(lane, crossing);
+                continue;
+            };
+            let Some(mut ray) = self.ray(lane) else { continue };
             let segment = interpolant.segment(crossing.length[lane]);
             if segment.is_void() {
                 self.counts.void_frusta += 1;
@@ -269,37 +267,37 @@ impl<V: Machine> Lanes<V> {
     /// The light of a lane.
     pub fn light(&self, lane: usize) -> Radiance<f32> {
         Radiance {
-            color: self.color.map_inline(|row| row[lane]),
-            alpha: self.alpha[lane],
-            error: self.error[lane],
-            variance: self.variance[lane],
-            shade_variance: self.shade_variance[lane],
+            color: self.light.color.map_inline(|row| row[lane]),
+            alpha: self.light.alpha[lane],
+            error: self.light.error[lane],
+            variance: self.light.variance[lane],
+            shade_variance: self.light.shade_variance[lane],
         }
     }
 
     /// Sets the light of a lane.
     pub fn put_light(&mut self, lane: usize, light: &Radiance<f32>) {
-        self.color.iter_mut().zip(light.color).for_each(|(row, channel)| row[lane] = channel);
-        (self.alpha[lane], self.error[lane]) = (light.alpha, light.error);
-        (self.variance[lane], self.shade_variance[lane]) = (light.variance, light.shade_variance);
+        self.light.color.iter_mut().zip(light.color).for_each(|(row, channel)| row[lane] = channel);
+        (self.light.alpha[lane], self.light.error[lane]) = (light.alpha, light.error);
+        (self.light.variance[lane], self.light.shade_variance[lane]) = (light.variance, light.shade_variance);
     }
 
     /// Puts light behind that of the lanes of `mask`.
     #[inline(always)]
     pub(super) fn add(&mut self, simd: V, mask: Mask<V>, light: &Light<V>) {
-        let through = all(simd, 1.0) - self.alpha;
+        let own = &mut self.light;
+        let through = all(simd, 1.0) - own.alpha;
         let behind = |own: Floats<V>, new: Floats<V>| mask.select(through.mul_add(new, own), own);
         for k in 0..3 {
-            self.color[k] = behind(self.color[k], light.color[k]);
+            own.color[k] = behind(own.color[k], light.color[k]);
         }
-        self.alpha = behind(self.alpha, light.alpha);
-        self.error = behind(self.error, light.error);
+        own.alpha = behind(own.alpha, light.alpha);
+        own.error = behind(own.error, light.error);
         // The sum is rounded to its own last digit, unless nothing is added.
-        let off = light.alpha.simd_gt(0.0).select(self.alpha * (0.25 * f32::EPSILON), all(simd, 0.0));
+        let off = light.alpha.simd_gt(0.0).select(own.alpha * (0.25 * f32::EPSILON), all(simd, 0.0));
         let squared = through * through;
         let variance = squared.mul_add(light.variance, off * off);
-        self.variance = mask.select(self.variance + variance, self.variance);
-        self.shade_variance =
-            mask.select(squared.mul_add(light.shade_variance, self.shade_variance), self.shade_variance);
+        own.variance = mask.select(own.variance + variance, own.variance);
+        own.shade_variance = mask.select(squared.mul_add(light.shade_variance, own.shade_variance), own.shade_variance);
     }
 }

@@ -69,18 +69,7 @@ impl<'t> Source<'t> {
         if self.pairs.is_none() {
             return cells;
         }
-        if let Some([offset, stride]) = self.mapping.elements.plain_column() {
-            return cells * number(simd, stride as u32) + number(simd, offset as u32);
-        }
-        self.blocked_bases::<V>(cells, bits)
-    }
-
-    #[inline(never)]
-    fn blocked_bases<V: Machine>(&self, mut cells: Numbers<V>, bits: u32) -> Numbers<V> {
-        for lane in lanes_of(bits) {
-            cells[lane] = self.base(cells[lane]);
-        }
-        cells
+        bases_of(simd, self.mapping.elements.plain_column(), cells, bits, |cell| self.base(cell))
     }
 
     /// [`Self::bases`] of one cell.
@@ -202,6 +191,29 @@ impl<'t> Source<'t> {
         let Vertices { low: [a, b, c], high: [d, e, f] } = vertices;
         let [a, b, c, d, e, f] = [a, b, c, d, e, f].map_inline(|value| value.abs().simd_le(most));
         !((a & b) & (c & d) & (e & f))
+    }
+}
+
+/// Offsets of the columns of cells: from the base of cell 0 and the stride from cell to cell, or, if they lie in
+/// blocks, one by one for the lanes whose bits are set.
+#[inline(always)]
+pub(super) fn bases_of<V: Machine>(
+    simd: V,
+    plain: Option<[isize; 2]>,
+    cells: Numbers<V>,
+    bits: u32,
+    base: impl Fn(u32) -> u32,
+) -> Numbers<V> {
+    #[inline(never)]
+    fn one_by_one<V: Machine>(mut cells: Numbers<V>, bits: u32, base: impl Fn(u32) -> u32) -> Numbers<V> {
+        for lane in lanes_of(bits) {
+            cells[lane] = base(cells[lane]);
+        }
+        cells
+    }
+    match plain {
+        Some([offset, stride]) => cells * number(simd, stride as u32) + number(simd, offset as u32),
+        None => one_by_one::<V>(cells, bits, base),
     }
 }
 

@@ -6,10 +6,10 @@
 use super::frame::PacketFrame;
 use super::lanes::lanes_of;
 use super::layers::Layers;
-use super::scene::SceneLanes;
 use super::start::Start;
 use super::{MOST, Packet};
 use crate::fragment::{Fragment, FragmentRules};
+use crate::general::KernelScene;
 use crate::owned_region::OwnedRegion;
 use crate::piece::Radiance;
 use crate::plane::RayLine;
@@ -51,9 +51,9 @@ impl<'o, V: Machine> Runs<'o, V> {
 
     /// Begins a ray in a lane.
     #[inline]
-    pub fn begin(&mut self, lane: usize, line: &RayLine, frame: &PacketFrame<'_>, core_radius: [f64; 2]) {
-        let (is_solid, brightest) = (frame.core.is_some(), frame.budget.brightest);
-        let rules = FragmentRules::new(self.region, line, core_radius, is_solid, brightest);
+    pub fn begin(&mut self, lane: usize, line: &RayLine, frame: &PacketFrame<'_>) {
+        let KernelScene { core_radius, core, .. } = *frame.scene;
+        let rules = FragmentRules::new(self.region, line, core_radius, core.is_some(), frame.rays.budget.brightest);
         self.rules[lane % MOST] = rules;
         self.core_by.set(lane, rules.core_by());
     }
@@ -74,14 +74,8 @@ impl<'p, V: Machine, L: Layers, const N: usize> Packet<'p, '_, V, L, N> {
     /// The part of space in which rays are traced.
     #[inline]
     pub(super) fn clip(&self) -> Clip<'p> {
-        let [lowest, _] = self.core_radius();
-        Clip { outer: self.frame.outer, region: self.runs.as_ref().map(|runs| (runs.region, lowest)) }
-    }
-
-    /// Least and greatest radius of the innermost layer.
-    #[inline]
-    pub(super) fn core_radius(&self) -> [f64; 2] {
-        self.scene.as_ref().map_or([self.frame.shell.inner(); 2], SceneLanes::core_radius)
+        let KernelScene { core_radius: [lowest, _], outer, .. } = *self.frame.scene;
+        Clip { outer, region: self.runs.as_ref().map(|runs| (runs.region, lowest)) }
     }
 
     /// Moves the lanes of `entered` outside of the region to their columns' exits. Runs end and begin.

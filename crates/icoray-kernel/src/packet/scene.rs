@@ -11,7 +11,7 @@ use super::start::Start;
 use super::{MOST, Packet};
 use crate::column::Flow;
 use crate::counts::Counts;
-use crate::general::{FacetSide, GapWay, Met, RaySettings, RayState, SurfaceHeight};
+use crate::general::{FacetSide, Met, RaySettings, RayState, SurfaceHeight};
 use crate::piece::Radiance;
 use crate::walk::{Column, ColumnEnd};
 use fearless_simd::prelude::*;
@@ -103,12 +103,6 @@ impl<'p, V: Machine> SceneLanes<'p, V> {
             inside: super::medium::number(simd, 0),
             next_bound: Wide::splat(simd, 0.0),
         }
-    }
-
-    /// Least and greatest radius of the innermost layer.
-    #[inline]
-    pub fn core_radius(&self) -> [f64; 2] {
-        self.tables.tracer.scene.core_radius
     }
 
     /// Continues the rays of these lanes as new fragments.
@@ -262,8 +256,8 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             (true, true) => FacetSide::Upper,
             (true, false) => FacetSide::Lower,
         };
-        let way = GapWay { gap, ends: [(lanes.u.get(lane), from), (crossing.u.get(lane), to)] };
-        self.follow(lane, |ray, column, triangle| ray.pass_gap(column, triangle, &way));
+        let ends = [(lanes.u.get(lane), from), (crossing.u.get(lane), to)];
+        self.follow(lane, |ray, column, triangle| ray.pass_gap(column, triangle, (gap, ends)));
     }
 
     /// Meets the core in a scene.

@@ -255,7 +255,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         if volumes.find_nodes(simd, active) {
             let shading = self.shading.as_ref().filter(|_| N == 4);
             let lighting = shading.map(|shading| (&self.lit, shading, volumes.courses.as_slice(), [from, to]));
-            let blend = Blend::of(simd, &mut volumes.nodes, lighting, self.frame.is_coarse);
+            let blend = Blend::of(simd, &mut volumes.nodes, lighting, self.frame.rays.is_coarse);
             let has_room = self.lit.may_halve(to) & (to - from).simd_gt(LEAST_PART);
             // The budget of lit rays includes the advance, and room for rounding.
             let share = if N == 4 { 1.0 } else { 0.95 / (1.0 + ADVANCE as f32) };

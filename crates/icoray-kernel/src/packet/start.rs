@@ -14,7 +14,7 @@ use crate::plane::{PlaneVertex, RayLine};
 use crate::signature::{BoundarySignature, EyeDistance};
 use crate::trace::queue::{Clip, RowHints};
 use crate::trace::{PrimaryRay, Target};
-use crate::walk::{Side, Walk, enter, enter_at};
+use crate::walk::{Side, Walk, enter};
 use glam::DVec3;
 use icoray_grid::Grid;
 use icoray_grid::grid::half_edges::half_edge::{APEX, NEXT};
@@ -66,7 +66,8 @@ impl Rays<'_> {
                 without(number, None);
                 continue;
             };
-            let Some((side, next_leap)) = first_column(frame.grid, tables, line, hint, &mut self.last_shown) else {
+            let Some((side, next_leap)) = first_column(frame.scene.grid, tables, line, hint, &mut self.last_shown)
+            else {
                 counts.rays += 1;
                 without(number, Some(Radiance::none()));
                 continue;
@@ -101,9 +102,7 @@ fn first_column(
 /// The side through which a ray enters its first column, searched from the triangle `hint`.
 #[inline]
 fn side(grid: &Grid, mesh: &Mesh, line: RayLine, hint: u32) -> Side {
-    let found = search(mesh, line.position(line.start), hint);
-    let side = found.and_then(|found| bracketed(mesh, line, found));
-    side.unwrap_or_else(|| search_whole(grid, line, hint))
+    side_at(mesh, line, line.start, hint).unwrap_or_else(|| search_whole(grid, line, hint))
 }
 
 /// The side through which a ray enters the column that contains it at distance `t`, searched from the triangle `hint`.
@@ -111,7 +110,7 @@ fn side(grid: &Grid, mesh: &Mesh, line: RayLine, hint: u32) -> Side {
 pub(super) fn side_at(mesh: &Mesh, line: RayLine, t: f64, hint: u32) -> Option<Side> {
     let triangle = search(mesh, line.position(t), hint)?;
     let (corners, half_edge) = crossed(mesh, line, triangle)?;
-    enter_at(line, corners, half_edge, t)
+    enter(line, corners, half_edge, t)
 }
 
 #[cold]
@@ -150,13 +149,6 @@ fn search(mesh: &Mesh, target: DVec3, hint: u32) -> Option<u32> {
         triangle = mesh.half_edge(3 * triangle + farthest as u32)[NEXT] / 3;
     }
     None
-}
-
-/// The ray's entry into the column over `triangle`, if it begins there.
-#[inline]
-fn bracketed(mesh: &Mesh, line: RayLine, triangle: u32) -> Option<Side> {
-    let (corners, half_edge) = crossed(mesh, line, triangle)?;
-    enter(line, corners, half_edge)
 }
 
 /// The vertices of a triangle that the ray's great circle crosses, those of the side of entry first, and its half-edge.

@@ -34,7 +34,7 @@ impl<'t> Tables<'t> {
     /// The tables of a frame; `None` where they are too long for gathers. Rays do not leap.
     pub fn new(frame: &'t PacketFrame<'_>, region: Option<&'t OwnedRegion>) -> Option<Self> {
         let slopes = match frame.shading {
-            Some(_) => Slopes::new(frame.gradients, frame.shell.layers())?,
+            Some(_) => Slopes::new(frame.gradients, frame.packets.shell.layers())?,
             None => Slopes::None,
         };
         let own = match region {
@@ -47,8 +47,8 @@ impl<'t> Tables<'t> {
         };
         Some(Tables {
             slopes,
-            mesh: Mesh::new(frame.grid)?,
-            spans: SpanTables::new(frame.spans)?,
+            mesh: Mesh::new(frame.scene.grid)?,
+            spans: SpanTables::new(&frame.packets.spans)?,
             leaps: None,
             hollow: None,
             scene: None,

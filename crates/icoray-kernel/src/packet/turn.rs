@@ -2,34 +2,31 @@
 
 use super::medium::Medium;
 use super::part::{Part, all};
+use crate::lit::LightSpread;
+use crate::turn::Cosine;
 use fearless_simd::prelude::*;
 use icoray_simd::{Floats, Machine, Mask};
 
 /// A vector of space in each lane.
 pub(super) type Vectors<V> = [Floats<V>; 3];
 
-/// The distribution of the light in a piece: [`LightSpread`](crate::lit::LightSpread) in vectors.
-pub(super) struct Spread<V: Machine> {
-    pub centre: Floats<V>,
-    pub second: Floats<V>,
-    pub error_bound: Floats<V>,
-    pub extent: Floats<V>,
-}
-
-impl<V: Machine> Spread<V> {
-    /// The spread of a piece with known extinction at the ends.
-    #[inline(always)]
-    pub fn of(simd: V, part: &Part<V>, medium: &Medium<V>, [from, to]: [Floats<V>; 2]) -> Self {
-        let sum = from + to + f32::MIN_POSITIVE;
-        let inverse = all(simd, 1.0) / sum;
-        let depth = part.length * sum * 0.5;
-        let rise = (to - from) * inverse;
-        let forward = depth.min(3.0) * (rise * rise).mul_add(-1.0 / 60.0, 5.0 / 60.0);
-        let bent = (medium.slope * part.kappa).abs() * inverse;
-        let error_bound = (depth * depth * 0.02 + bent * 0.2).min(0.5);
-        let (second, extent) = (all(simd, 1.0 / 12.0), all(simd, 1.0) / depth.max(1.0));
-        Spread { centre: rise * (1.0 / 6.0) - forward, second, error_bound, extent }
-    }
+/// The distribution of the light of a piece with known extinction at the ends, as [`LightSpread::of`].
+#[inline(always)]
+pub(super) fn spread_of<V: Machine>(
+    simd: V,
+    part: &Part<V>,
+    medium: &Medium<V>,
+    [from, to]: [Floats<V>; 2],
+) -> LightSpread<Floats<V>> {
+    let sum = from + to + f32::MIN_POSITIVE;
+    let inverse = all(simd, 1.0) / sum;
+    let depth = part.length * sum * 0.5;
+    let rise = (to - from) * inverse;
+    let forward = depth.min(3.0) * (rise * rise).mul_add(-1.0 / 60.0, 5.0 / 60.0);
+    let bent = (medium.slope * part.kappa).abs() * inverse;
+    let error_bound = (depth * depth * 0.02 + bent * 0.2).min(0.5);
+    let (second, extent) = (all(simd, 1.0 / 12.0), all(simd, 1.0) / depth.max(1.0));
+    LightSpread { centre: rise * (1.0 / 6.0) - forward, second, error_bound, extent }
 }
 
 /// The normal along a piece of each lane.
@@ -44,16 +41,8 @@ pub(super) struct Turns<V: Machine> {
     pub bend_length: Floats<V>,
     pub across: Floats<V>,
     pub along: Floats<V>,
-    pub spread: Spread<V>,
+    pub spread: LightSpread<Floats<V>>,
     pub is_wild: Mask<V>,
-}
-
-/// Components along one direction.
-pub(super) struct Cosines<V: Machine> {
-    pub even: Floats<V>,
-    pub mean: Floats<V>,
-    pub rise: Floats<V>,
-    pub bend: Floats<V>,
 }
 
 /// A unit vector, its length before normalisation, and whether it exists.
@@ -79,7 +68,7 @@ impl<V: Machine> Normal<V> {
 impl<V: Machine> Turns<V> {
     /// The turn between the gradients at start, middle and end of a piece with this relative change of height.
     #[inline(always)]
-    pub fn of(simd: V, gradients: &[Vectors<V>; 3], eps: Floats<V>, spread: Spread<V>) -> Self {
+    pub fn of(simd: V, gradients: &[Vectors<V>; 3], eps: Floats<V>, spread: LightSpread<Floats<V>>) -> Self {
         let ([a, m, b], largest) = scaled(simd, gradients);
         let (start, middle, end) = (Normal::of(simd, &a), Normal::of(simd, &m), Normal::of(simd, &b));
         let nm = middle.unit;
@@ -138,9 +127,9 @@ impl<V: Machine> Turns<V> {
 
     /// Its components along `direction`.
     #[inline(always)]
-    pub fn cosine(&self, direction: &Vectors<V>) -> Cosines<V> {
+    pub fn cosine(&self, direction: &Vectors<V>) -> Cosine<Floats<V>> {
         let (even, rise) = (dot::<V>(&self.mean, direction), dot::<V>(&self.rise, direction));
-        Cosines { even, mean: self.spread.centre.mul_add(rise, even), rise, bend: dot::<V>(&self.bend, direction) }
+        Cosine { even, mean: self.spread.centre.mul_add(rise, even), rise, bend: dot::<V>(&self.bend, direction) }
     }
 
     /// The ratio of the variance over the piece's light to the square of a difference between the ends.
@@ -150,20 +139,18 @@ impl<V: Machine> Turns<V> {
     }
 }
 
-impl<V: Machine> Cosines<V> {
-    /// Largest of the absolute values at the start, the middle and the end.
-    #[inline(always)]
-    pub fn largest(&self) -> Floats<V> {
-        let middle = self.even - self.bend * (1.0 / 6.0);
-        let end = (self.even + self.bend * (1.0 / 3.0)).abs() + self.rise.abs() * 0.5;
-        end.max(middle.abs())
-    }
+/// [`Cosine::largest`] in vectors.
+#[inline(always)]
+pub(super) fn largest_cosine<V: Machine>(cosine: &Cosine<Floats<V>>) -> Floats<V> {
+    let middle = cosine.even - cosine.bend * (1.0 / 6.0);
+    let end = (cosine.even + cosine.bend * (1.0 / 3.0)).abs() + cosine.rise.abs() * 0.5;
+    end.max(middle.abs())
+}
 
-    /// The largest difference of two values along the piece.
-    #[inline(always)]
-    pub fn swing(&self) -> Floats<V> {
-        self.rise.abs() + self.bend.abs()
-    }
+/// [`Cosine::swing`] in vectors.
+#[inline(always)]
+pub(super) fn swing<V: Machine>(cosine: &Cosine<Floats<V>>) -> Floats<V> {
+    cosine.rise.abs() + cosine.bend.abs()
 }
 
 #[inline(always)]

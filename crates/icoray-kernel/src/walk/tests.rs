@@ -79,6 +79,14 @@ fn uneven(level: u32) -> (IcosahedralMesh, Vec<f32>, Vec<f32>) {
     (mesh, lon, lat)
 }
 
+/// An eye, from the centre out to 1e4 radii, and an aim around the shell; many of the rays graze it.
+fn ends(random: &mut Random, ray: u64) -> [DVec3; 2] {
+    let far = [0.3, 1.0, 1.05, 1.5, 3.0, 1e4][(ray % 6) as usize];
+    let eye = DVec3::from_array(random.direction()) * far * random.unit().max(0.01);
+    let aim = DVec3::from_array(random.direction()) * OUTER;
+    [eye, aim * if ray.is_multiple_of(5) { 0.999_999 } else { random.unit() }]
+}
+
 /// Ten million rays in the long run.
 #[test]
 fn random_rays_are_walked_to_their_end() {
@@ -96,12 +104,7 @@ fn random_rays_are_walked_to_their_end() {
             let mut columns = 0;
             for ray in 0..BLOCK {
                 let mut random = Random::new(block * BLOCK + ray);
-                // Eyes from the centre out to 1e4 radii; aims around the shell, many of them grazing it.
-                let far = [0.3, 1.0, 1.05, 1.5, 3.0, 1e4][(ray % 6) as usize];
-                let eye = DVec3::from_array(random.direction()) * far * random.unit().max(0.01);
-                let aim = DVec3::from_array(random.direction())
-                    * OUTER
-                    * if ray % 5 == 0 { 0.999_999 } else { random.unit() };
+                let [eye, aim] = ends(&mut random, ray);
                 let hint = (random.unit() * grid.triangles() as f64) as u32;
                 // Hints near the start, as the renderer has them, for most; anywhere for the rest.
                 let hint = if ray % 16 == 0 { hint } else { locate(grid, 0, (eye + aim * 1e-9).normalize()) };
@@ -150,11 +153,7 @@ fn random_rays_are_walked_over_holes() {
             .into_par_iter()
             .map(|ray| {
                 let mut random = Random::new(ray);
-                let far = [0.3, 1.0, 1.05, 1.5, 3.0, 1e4][(ray % 6) as usize];
-                let eye = DVec3::from_array(random.direction()) * far * random.unit().max(0.01);
-                let aim = DVec3::from_array(random.direction())
-                    * OUTER
-                    * if ray % 5 == 0 { 0.999_999 } else { random.unit() };
+                let [eye, aim] = ends(&mut random, ray);
                 let hint = (random.unit() * all as f64) as u32;
                 walk(&grid, eye, (aim - eye).normalize(), hint).unwrap_or_else(|e| panic!("{name}, ray {ray}: {e}"))
             })

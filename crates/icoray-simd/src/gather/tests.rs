@@ -1,6 +1,6 @@
 use super::*;
 use crate::power;
-use fearless_simd::{Level, prelude::*};
+use fearless_simd::Level;
 use icoray_test_support::{Need, skip};
 
 /// All gathers of a machine against plain reads, indices beyond the end included.

@@ -1,5 +1,6 @@
 use super::*;
 use crate::lit::{ADVANCE, HALVINGS_ALONG, HALVINGS_AT_START};
+use crate::shade::Shading;
 use crate::transfer::KernelKnot;
 use glam::DVec3;
 use icoray_test_support::{Random, count};
@@ -37,16 +38,30 @@ fn by_brute_force(parts: &[MediumPiece], length: f64) -> ([f64; 3], f64) {
     (color, -(-depth).exp_m1())
 }
 
-fn blended(parts: &[MediumPiece], share: f64) -> Radiance<f64> {
-    let gradient = |_: usize, _: f64| [0.0; 3];
+/// The light of parts whose fields have these gradients.
+fn lit(
+    parts: &[MediumPiece],
+    gradient: impl Fn(usize, f64) -> [f64; 3],
+    shading: Option<&RayShading<f64>>,
+    color_tolerance: f64,
+) -> Radiance<f64> {
     let mut light = Radiance::none();
-    Blend { parts, gradient, shading: None, color_tolerance: share, min_transmittance: 0.0 }.add(
-        &mut light,
-        0.0,
-        1.0,
-        &mut BlendBuffers::default(),
-    );
+    let blend = Blend { parts, gradient, shading, color_tolerance, min_transmittance: 0.0 };
+    blend.add(&mut light, 0.0, 1.0, &mut BlendBuffers::default());
     light
+}
+
+fn blended(parts: &[MediumPiece], color_tolerance: f64) -> Radiance<f64> {
+    lit(parts, |_, _| [0.0; 3], None, color_tolerance)
+}
+
+/// The largest difference of a channel.
+fn off(light: &Radiance<f64>, exact: &[f64; 3]) -> f64 {
+    (0..3).map(|k| (light.color[k] - exact[k]).abs()).fold(0.0, f64::max)
+}
+
+fn shading(specular: f64, shininess: f64) -> Shading {
+    Shading { ambient: 0.3, diffuse: 0.7, specular, shininess, towards_light: None, is_packed: false }
 }
 
 #[test]
@@ -64,7 +79,7 @@ fn mixed_media_are_those_of_a_million_steps() {
                 // A million steps are no better than that where light ends within few of them.
                 let slack = 1e-9 + 2e-12 * length * length;
                 assert!((light.alpha - absorbed).abs() < slack, "{length} {kappa}: {}", light.alpha);
-                let off = (0..3).map(|k| (light.color[k] - color[k]).abs()).fold(0.0, f64::max);
+                let off = off(&light, &color);
                 assert!(off <= light.error + slack, "{length} {kappa} {share}: {off} and {}", light.error);
                 assert!(light.error <= share * light.alpha * 1.0001, "{length}: {}", light.error);
             }
@@ -126,7 +141,7 @@ fn one_panel_is_within_its_reported_error() {
             continue;
         }
         let exact = by_gauss(&parts, length);
-        let off = (0..3).map(|k| (light.color[k] - exact[k]).abs()).fold(0.0, f64::max);
+        let off = off(&light, &exact);
         assert!(off <= light.error + 1e-12, "case {case}: {off} off, {} reported", light.error);
         if off > 1e-11 {
             ratios.push(light.error / off);
@@ -187,7 +202,7 @@ fn absorption_between_two_clear_ends_is_integrated() {
         let exact = by_gauss(&parts, length);
         for share in [1e-3, 1e-5, 1e-7] {
             let light = blended(&parts, share);
-            let off = (0..3).map(|k| (light.color[k] - exact[k]).abs()).fold(0.0, f64::max);
+            let off = off(&light, &exact);
             assert!(off <= light.error + 1e-12, "{length} {share}: {off} and {}", light.error);
             assert!(light.error <= share * light.alpha * 1.0001, "{length} {share}: {}", light.error);
         }
@@ -200,15 +215,7 @@ fn the_panels_of_a_piece_are_bounded() {
     let unit = f64::EPSILON;
     let noise =
         medium(0, &[knot(1.0 - 3.0 * unit, [1.0, 0.1, 0.0], 0.0), knot(1.0 + 3.0 * unit, [0.1, 0.9, 0.4], 9.0)]);
-    let shading = crate::shade::Shading {
-        ambient: 0.3,
-        diffuse: 0.7,
-        specular: 0.3,
-        shininess: 30.0,
-        towards_light: None,
-        is_packed: false,
-    };
-    let shading = shading.along::<f64>(DVec3::NEG_X);
+    let shading = shading(0.3, 30.0).along::<f64>(DVec3::NEG_X);
     let mut random = Random::new(3);
     for _ in 0..count(50, 2000) {
         let mut ulps = || (random.below(7) as f64 - 3.0) * unit;
@@ -220,14 +227,7 @@ fn the_panels_of_a_piece_are_bounded() {
             places.set(places.get() + 1);
             turning.map(|axis| axis.value(u))
         };
-        let mut light = Radiance::none();
-        let (parts, shading) = (&[part], Some(&shading));
-        Blend { parts, gradient, shading, color_tolerance: 1e-9, min_transmittance: 0.0 }.add(
-            &mut light,
-            0.0,
-            1.0,
-            &mut BlendBuffers::default(),
-        );
+        let light = lit(&[part], gradient, Some(&shading), 1e-9);
         let most = 2 * (HALVINGS_AT_START + HALVINGS_ALONG) as usize + 3;
         assert!(places.get() <= most, "{} places", places.get());
         assert!(light.alpha.is_finite() && light.error.is_finite(), "{light:?}");
@@ -259,29 +259,19 @@ fn one_colour_is_itself_to_the_digit_however_dense() {
 fn light_follows_the_gradient_of_the_absorbing_medium() {
     let white = medium(0, &[knot(0.0, [1.0; 3], 2.0), knot(1.0, [1.0; 3], 2.0)]);
     let f = segment(0.0, 1.0, 0.0, 0.0, 0.1);
-    let shading = crate::shade::Shading {
-        ambient: 0.2,
-        diffuse: 0.8,
-        specular: 0.0,
-        shininess: 8.0,
-        towards_light: None,
-        is_packed: false,
-    };
-    let shading = shading.along::<f64>(DVec3::NEG_X);
+    let shading = shading(0.0, 8.0).along::<f64>(DVec3::NEG_X);
     let parts = [MediumPiece::new(&white, [f, f], 0.5, 3).unwrap()];
-    let lit = |gradient: [f64; 3]| {
+    let body = |gradient: [f64; 3]| {
         let at = |slot: usize, _: f64| {
             assert_eq!(slot, 3);
             gradient
         };
-        let mut light = Radiance::none();
-        Blend { parts: &parts, gradient: at, shading: Some(&shading), color_tolerance: 1e-6, min_transmittance: 0.0 }
-            .add(&mut light, 0.0, 1.0, &mut BlendBuffers::default());
+        let light = lit(&parts, at, Some(&shading), 1e-6);
         light.color[0] / light.alpha
     };
-    assert!((lit([1.0, 0.0, 0.0]) - 1.0).abs() < 1e-12);
-    assert!((lit([0.0, 1.0, 0.0]) - 0.2).abs() < 1e-12);
-    assert!((lit([1.0, 1.0, 0.0]) - (0.2 + 0.8 * 0.5f64.sqrt())).abs() < 1e-12);
+    assert!((body([1.0, 0.0, 0.0]) - 1.0).abs() < 1e-12);
+    assert!((body([0.0, 1.0, 0.0]) - 0.3).abs() < 1e-12);
+    assert!((body([1.0, 1.0, 0.0]) - (0.3 + 0.7 * 0.5f64.sqrt())).abs() < 1e-12);
 }
 
 /// A random gradient as along a frustum: it turns a little, or round and round.
@@ -329,26 +319,17 @@ fn light_on_normals_that_turn_is_that_of_fine_steps() {
         let eps = [0.0, 0.01, -0.3, 0.8][case % 4];
         let length = [0.05, 0.5, 3.0][case / 4 % 3];
         let interpolants = [random_gradient(&mut random, eps), random_gradient(&mut random, eps)];
-        let shading = crate::shade::Shading {
-            ambient: 0.3,
-            diffuse: 0.7,
-            specular: [0.0, 0.3, 1.0][case / 12 % 3],
-            shininess: [1.0, 8.0, 32.0, 100.0][case / 36 % 4],
-            towards_light: (case / 144 % 3 > 0).then(|| DVec3::from_array(random.direction())),
-            is_packed: false,
-        };
-        let shading = shading.along::<f64>(DVec3::from_array(random.direction()));
+        let towards_light = (case / 144 % 3 > 0).then(|| DVec3::from_array(random.direction()));
+        let shading = shading([0.0, 0.3, 1.0][case / 12 % 3], [1.0, 8.0, 32.0, 100.0][case / 36 % 4]);
+        let shading = Shading { towards_light, ..shading }.along::<f64>(DVec3::from_array(random.direction()));
         let gradient = |slot: usize, u: f64| interpolants[slot].map(|axis| axis.value(u));
         let (f, g) = (segment(0.1, 0.9, 0.2, eps, length), segment(19.0, 11.0, -0.5, eps, length));
         let both = [MediumPiece::new(&red, [f, f], 0.5, 0).unwrap(), MediumPiece::new(&blue, [g, g], 0.5, 1).unwrap()];
         let parts = &both[..1 + case % 2];
         let exact = lit_by_brute_force(parts, gradient, &shading, length);
         for share in [5e-3, 5e-4, 5e-5] {
-            let mut light = Radiance::none();
-            let blend =
-                Blend { parts, gradient, shading: Some(&shading), color_tolerance: share, min_transmittance: 0.0 };
-            blend.add(&mut light, 0.0, 1.0, &mut BlendBuffers::default());
-            let off = (0..3).map(|k| (light.color[k] - exact[k]).abs()).fold(0.0, f64::max);
+            let light = lit(parts, gradient, Some(&shading), share);
+            let off = off(&light, &exact);
             let reported = light.total_error(true);
             // The steps' own error.
             if off > reported + 3e-6 {
@@ -367,15 +348,7 @@ fn light_on_normals_that_turn_is_that_of_fine_steps() {
 #[test]
 fn dense_media_that_begin_clear_show_the_shade_of_their_front() {
     let clear = medium(0, &[knot(0.0, [0.9, 0.2, 0.1], 0.0), knot(1.0, [0.1, 0.1, 0.9], 1.0)]);
-    let shading = crate::shade::Shading {
-        ambient: 0.2,
-        diffuse: 0.7,
-        specular: 0.5,
-        shininess: 40.0,
-        towards_light: None,
-        is_packed: false,
-    };
-    let shading = shading.along::<f64>(DVec3::NEG_X);
+    let shading = shading(0.5, 40.0).along::<f64>(DVec3::NEG_X);
     let gradient = |_: usize, u: f64| [1.0 - 1.5 * u, 0.1 + u, 0.0];
     for length in [1e2, 1e4, 1e7, 1e12] {
         let f = segment(0.0, 1.0, 0.0, 0.0, length);
@@ -386,16 +359,8 @@ fn dense_media_that_begin_clear_show_the_shade_of_their_front() {
         let front = [MediumPiece::new(&clear, [front, front], 0.5, 0).unwrap()];
         let exact = lit_by_brute_force(&front, |slot, u| gradient(slot, to * u), &shading, to * length);
         for share in [1e3, 5e-3] {
-            let mut light = Radiance::none();
-            let blend = Blend {
-                parts: &parts,
-                gradient,
-                shading: Some(&shading),
-                color_tolerance: share,
-                min_transmittance: 0.0,
-            };
-            blend.add(&mut light, 0.0, 1.0, &mut BlendBuffers::default());
-            let off = (0..3).map(|k| (light.color[k] - exact[k]).abs()).fold(0.0, f64::max);
+            let light = lit(&parts, gradient, Some(&shading), share);
+            let off = off(&light, &exact);
             assert!(off <= light.total_error(true) + 1e-5, "{length}, {share}: {off} off, {light:?}, {exact:?}");
         }
     }
