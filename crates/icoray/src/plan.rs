@@ -19,7 +19,6 @@ mod levels;
 mod memory;
 mod savings;
 pub(crate) use blocks::{OccupancyTest, clear_values};
-pub(crate) use memory::Circumstances;
 pub use memory::FrameMemory;
 pub use savings::Savings;
 
@@ -147,7 +146,7 @@ impl Plan {
 
     /// Bytes that a frame of the scene takes beside the model's arrays, on the CPU and with all savings.
     pub fn memory(&self, scene: &Scene, grid: &Grid) -> FrameMemory {
-        self.memory_with(scene, grid, Circumstances::of(scene), true)
+        self.memory_with(scene, grid, false, Savings::ALL, true)
     }
 
     /// The cells that rays of the picture can pass.
