@@ -315,30 +315,19 @@ fn draw(
     copies: &Copies,
     accepted: Accepted,
 ) -> Result<(FrameReport, Option<Stamp>)> {
-    let rendered = render(renderer, ranks, &setup, copies)?;
-    let cost = |mut report: FrameReport| {
-        report.timing.waited_s = accepted.waited_s;
-        report.timing.copy_s = accepted.copy_s;
-        report.bytes_copied = accepted.bytes_copied;
-        report
-    };
-    let mut frame = match rendered {
-        Rendered::Here(frame) => frame,
-        Rendered::AtRoot(report) => return Ok((cost(report), None)),
-    };
+    let FrameSetup { scene, grid, layers, .. } = &setup;
+    let mut rendered = match copies.gathered(&setup) {
+        Some(gathered) => renderer.render_gathered(Instant::now(), ranks, scene, grid, layers, gathered),
+        None => renderer.render_over(ranks, scene, grid, layers, copies.fields()),
+    }?;
+    let report = rendered.report_mut();
+    (report.timing.waited_s, report.timing.copy_s) = (accepted.waited_s, accepted.copy_s);
+    report.bytes_copied = accepted.bytes_copied;
+    let report = report.clone();
+    let Rendered::Here(mut frame) = rendered else { return Ok((report, None)) };
     setup.describe(&mut frame);
-    frame.report = cost(frame.report);
-    let report = frame.report.clone();
     let submitted = writer.submit_unseen(frame, setup.scene.output.clone(), setup.stamp);
     Ok((report, submitted.dropped))
-}
-
-fn render(renderer: &Renderer, ranks: &mut Ranks, setup: &FrameSetup, copies: &Copies) -> Result<Rendered> {
-    let FrameSetup { scene, grid, layers, .. } = setup;
-    match copies.gathered(setup) {
-        Some(gathered) => renderer.render_gathered(Instant::now(), ranks, scene, grid, layers, gathered),
-        None => renderer.render_over(ranks, scene, grid, layers, copies.fields()?),
-    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The fields of a frame, by name.
 
-use icoray_grid::{Error, ErrorKind, Field, Layers, Result};
+use icoray_grid::{Error, ErrorKind, Field, Layers, Location, OwnedReals, Result, Shape};
 use icoray_scene::{Heights, Scene, did_you_mean};
 
 /// Borrowed fields by name.
@@ -124,5 +124,26 @@ impl<'f> Fields<'f> {
 impl<'f> From<&Field<'f>> for Fields<'f> {
     fn from(field: &Field<'f>) -> Self {
         Fields { unnamed: Some(*field), ..Fields::default() }
+    }
+}
+
+/// Location and shape of a field's values, independent of their storage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct FieldLayout {
+    pub location: Location,
+    pub columns: usize,
+    pub layers: usize,
+}
+
+impl FieldLayout {
+    pub fn of(field: &Field) -> Self {
+        let Shape { columns, layers, .. } = *field.shape();
+        FieldLayout { location: field.location(), columns, layers }
+    }
+
+    /// The level-fastest values as a field.
+    pub fn field(self, values: &OwnedReals, fill: Option<f64>) -> Field<'_> {
+        Field::new(values.as_reals(), Shape::level_fastest(self.columns, self.layers), self.location, fill)
+            .expect("the values were made for this shape")
     }
 }

@@ -7,7 +7,7 @@ use crate::ranges::FieldValues;
 use crate::ranks::{HAS_WHOLE, Part, Ranks};
 use crate::render_inputs::RenderInputs;
 use icoray_grid::{Error, ErrorKind, Field, Grid, Layers, Result};
-use icoray_output::{Frame, Sharing};
+use icoray_output::{Frame, FrameReport, Sharing};
 use icoray_scene::{Backend, Scene, Scheme};
 use std::time::Instant;
 
@@ -30,7 +30,6 @@ mod prepare;
 mod prepared_field;
 mod probe;
 mod progress;
-mod rendered;
 mod renderer;
 mod round;
 mod samples;
@@ -39,12 +38,30 @@ mod work;
 
 pub use histogram::Histogram;
 pub use probe::{Contribution, Probe, ProbePoint, ScenePart};
-pub use rendered::Rendered;
 pub use renderer::Renderer;
 
 use context::FrameContext;
 use devices::DeviceChoice;
 use prepared_field::PreparedField;
+
+/// A rank's result of a finished picture.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Rendered {
+    /// The picture, on rank 0.
+    Here(Frame),
+    /// The picture's report; the pixels are at rank 0. Errors, counts and the gathering are those of the whole picture;
+    /// seconds, threads and tiles are this rank's.
+    AtRoot(FrameReport),
+}
+
+impl Rendered {
+    pub(crate) fn report_mut(&mut self) -> &mut FrameReport {
+        match self {
+            Rendered::Here(frame) => &mut frame.report,
+            Rendered::AtRoot(report) => report,
+        }
+    }
+}
 
 impl Renderer {
     /// Renders `scene` from its fields, or from one field.
@@ -113,14 +130,8 @@ impl Renderer {
         let needed = ranks.attempt(|| fields.needed_by(scene));
         let fields = &ranks.collective(needed)?;
         let given = &RenderInputs { fields, ..*given };
-        if !scene.scenery.derived.is_empty() {
-            let has_room = ranks.attempt(|| self.derived.require(scene, fields, self.memory_limit));
-            ranks.collective(has_room)?;
-        }
-        let made = derive::make(ranks, &self.derived, &self.threads, given)?;
-        let with_derived = made.as_ref().map(|made| made.fields(fields));
-        let fields = with_derived.as_ref().unwrap_or(fields);
-        let given = &RenderInputs { fields, ..*given };
+        let made = derive::make(ranks, &self.derived, &self.threads, given, self.memory_limit)?;
+        let given = &RenderInputs { fields: &made.fields(fields), ..*given };
         let (mut plan, sharing) = self.agree_on_plan(ranks, given)?;
         let share_of_whole = match part {
             None if sharing.scheme == Scheme::Fragments => Some(Part::of_whole(ranks, grid)?),
@@ -160,14 +171,12 @@ impl Renderer {
             fields: &prepared,
             deviations: None,
             cache: &self.frame_cache,
-            bytes_derived: bytes_of_fields + made.as_ref().map_or(0, |made| made.bytes()),
+            bytes_derived: bytes_of_fields + made.bytes(),
             start,
         };
         let drawn = draw(&context, ranks)?;
         prepared.into_iter().chain(heights).for_each(|field| field.keep(&self.frame_cache, grid));
-        if let Some(made) = made {
-            self.derived.keep(made);
-        }
+        self.derived.keep(made);
         Ok(drawn)
     }
 

@@ -1,7 +1,7 @@
 //! Stores fields as they were in the first frame that requested them.
 
-use super::FieldLayout;
 use super::run::{Operation, fill};
+use crate::fields::FieldLayout;
 use icoray_grid::threads::Threads;
 use icoray_grid::{Error, ErrorKind, Field, OwnedReals, Result};
 use std::sync::{Arc, Mutex, PoisonError};

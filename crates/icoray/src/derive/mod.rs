@@ -12,14 +12,14 @@ mod resolve;
 mod run;
 mod zonal;
 
-use crate::fields::Fields;
+use crate::fields::{FieldLayout, Fields};
 use crate::ranks::Ranks;
 use crate::render_inputs::RenderInputs;
 use first::FirstFrames;
 use icoray_grid::threads::Threads;
-use icoray_grid::{Error, ErrorKind, Field, Location, OwnedReals, Reals, Result, Shape, memory};
-use icoray_scene::{How, Scene};
-use resolve::NeededDerivations;
+use icoray_grid::{Error, ErrorKind, Field, OwnedReals, Reals, Result, Shape, memory};
+use icoray_scene::{Derivation, How, Scene};
+use resolve::needed_derivations;
 use run::{Operation, fill};
 use std::sync::{Mutex, PoisonError};
 use zonal::Means;
@@ -47,37 +47,10 @@ struct DerivedField {
     at: FieldLayout,
 }
 
-/// Location and shape of a field's values, independent of their storage.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct FieldLayout {
-    location: Location,
-    columns: usize,
-    layers: usize,
-}
-
-impl FieldLayout {
-    fn of(field: &Field) -> Self {
-        let Shape { columns, layers, .. } = *field.shape();
-        FieldLayout { location: field.location(), columns, layers }
-    }
-
-    /// The values as a field.
-    fn field(self, values: &OwnedReals) -> Field<'_> {
-        Field::new(values.as_reals(), Shape::level_fastest(self.columns, self.layers), self.location, None)
-            .expect("the values were made for this shape")
-    }
-}
-
-impl DerivedField {
-    fn field(&self) -> Field<'_> {
-        self.at.field(&self.values)
-    }
-}
-
 impl DerivedFields {
     /// The derived fields, followed by the given ones.
     pub fn fields<'m>(&'m self, of: &Fields<'m>) -> Fields<'m> {
-        of.behind(self.fields.iter().map(|made| (made.name.clone(), made.field())))
+        of.behind(self.fields.iter().map(|made| (made.name.clone(), made.at.field(&made.values, None))))
     }
 
     /// Bytes of the derived fields and of those stored for them.
@@ -87,15 +60,17 @@ impl DerivedFields {
 }
 
 impl DerivedFieldCache {
-    /// Stores the buffers of a frame's fields for the next frame.
+    /// Stores the buffers of a frame's fields for the next frame that derives any.
     pub fn keep(&self, made: DerivedFields) {
-        let values = made.fields.into_iter().map(|made| made.values).collect();
-        *self.memory.lock().unwrap_or_else(PoisonError::into_inner) = values;
+        if !made.fields.is_empty() {
+            let values = made.fields.into_iter().map(|made| made.values).collect();
+            *self.memory.lock().unwrap_or_else(PoisonError::into_inner) = values;
+        }
     }
 
     /// Checks that the derived fields of a scene fit into `limit` or the system's free memory, beside those of the
     /// previous frame. Each is assumed to be as large as the first of `fields`.
-    pub fn require(&self, scene: &Scene, fields: &Fields, limit: Option<u64>) -> Result<()> {
+    fn require(&self, scene: &Scene, fields: &Fields, limit: Option<u64>) -> Result<()> {
         let held =
             self.memory.lock().unwrap_or_else(PoisonError::into_inner).iter().map(OwnedReals::bytes).sum::<usize>();
         // A frame without fields is refused where fields are read.
@@ -116,11 +91,12 @@ impl DerivedFieldCache {
     }
 }
 
-/// Computes the derived fields that the scene needs; `None` if it derives none. Collective; the result does not depend
-/// on the decomposition of the grid, to the bit.
+/// Computes the derived fields that the scene needs. Collective; the result does not depend on the decomposition of the
+/// grid, to the bit.
 ///
 /// # Errors
-/// The same on all ranks: [`ErrorKind::Scene`] where a field is not there or a band of latitude has no width;
+/// The same on all ranks: [`ErrorKind::Memory`] if they do not fit into `limit`, or into the system's free memory;
+/// [`ErrorKind::Scene`] where a field is not there or a band of latitude has no width;
 /// [`ErrorKind::Field`] where inputs lie at different places or do not fit the grid; [`ErrorKind::Mpi`] where ranks
 /// derive different fields or the transport fails.
 pub(crate) fn make(
@@ -128,16 +104,18 @@ pub(crate) fn make(
     kept: &DerivedFieldCache,
     threads: &Threads,
     given: &RenderInputs,
-) -> Result<Option<DerivedFields>> {
+    limit: Option<u64>,
+) -> Result<DerivedFields> {
     if given.scene.scenery.derived.is_empty() {
-        return Ok(None);
+        return Ok(DerivedFields::default());
     }
-    let needed = ranks.attempt(|| NeededDerivations::of(given.scene));
+    let has_room = ranks.attempt(|| kept.require(given.scene, given.fields, limit));
+    let needed = needed_derivations(given.scene);
+    let described = needed.iter().map(|(derivation, _)| format!("{:?} = {:?}", derivation.name, derivation.how));
     // Otherwise the collective calls of zonal means would not match.
-    let needed = ranks.agree_all(needed, |needed| vec![("derives", needed.to_string())])?;
+    ranks.agree_all(has_room, |()| vec![("derives", described.collect::<Vec<_>>().join(", "))])?;
     let mut made = DerivedFields::default();
-    for one in &needed.derivations {
-        let (name, how) = (&one.derivation.name, &one.derivation.how);
+    for (Derivation { name, how }, origin) in &needed {
         let of = made.fields(given.fields);
         let inputs = ranks.attempt(|| inputs(&of, how).map_err(|e| e.within(format!("{name:?}"))));
         let inputs = ranks.collective(inputs)?;
@@ -156,8 +134,8 @@ pub(crate) fn make(
                 }
                 How::FromZonalMean { .. } => fill(&inputs, Operation::FromMeans(means.as_ref().expect("found above"))),
                 How::FromFirst(_) => {
-                    let first = kept.firsts.of(&one.origin, &inputs[0], threads)?;
-                    fill(&[inputs[0], at.field(&first)], Operation::Sum(vec![1.0, -1.0]))
+                    let first = kept.firsts.of(origin, &inputs[0], threads)?;
+                    fill(&[inputs[0], at.field(&first, None)], Operation::Sum(vec![1.0, -1.0]))
                 }
             }
         });
@@ -165,7 +143,7 @@ pub(crate) fn make(
         made.fields.push(DerivedField { name: name.clone(), values, at });
     }
     made.remembered = kept.firsts.bytes();
-    Ok(Some(made))
+    Ok(made)
 }
 
 /// Bytes of the derived fields that a scene needs, each of which is as large as `field`.

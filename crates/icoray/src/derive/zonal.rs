@@ -9,8 +9,8 @@
 //! Values are summed as integers, in units of 2⁻⁶² of the layer's largest value: sums do not depend on the order, so
 //! means are equal to the last bit for any number of threads and ranks.
 
-use super::FieldLayout;
 use super::run::load;
+use crate::fields::FieldLayout;
 use crate::ranks::{Part, Ranks};
 use crate::render_inputs::RenderInputs;
 use icoray_grid::threads::Threads;

@@ -86,20 +86,11 @@ impl Scenery {
     }
 }
 
-/// Position of surfaces.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum SurfacePlace {
-    /// On a layer, counted from the innermost.
-    Layer(usize),
-    /// Between layers, at this radius in planet radii.
-    Radius(f64),
-}
-
 /// A layer or a sphere with all surfaces on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceLayer {
     /// Its position.
-    pub place: SurfacePlace,
+    pub place: SurfaceHeight,
     /// The surfaces, the first in front.
     pub materials: Vec<Material>,
     /// Whether there are lines in front of them.
@@ -158,11 +149,8 @@ impl SurfaceLayer {
         let materials = surface.materials.iter();
         let materials =
             materials.map(|(material, opacity)| Material { opacity: *opacity as f32, paint: paint(material) });
-        let place = match surface.place {
-            SurfaceHeight::Layer(layer) => SurfacePlace::Layer(layer),
-            SurfaceHeight::Radius(radius) => SurfacePlace::Radius(radius),
-        };
-        SurfaceLayer { place, materials: materials.collect(), is_painted: surface.painter.is_some() }
+        let is_painted = surface.painter.is_some();
+        SurfaceLayer { place: surface.place, materials: materials.collect(), is_painted }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Renders fields whose columns are distributed over ranks: each node gathers whole fields and draws from them.
 
+use super::Rendered;
 use super::draw;
-use super::rendered::Rendered;
 use super::renderer::Renderer;
 use crate::fields::Fields;
 use crate::plan::CELL_CORNER;

@@ -1,12 +1,12 @@
 //! Draws the picture of a scene: builds the kernel's scene, and its rays.
 
+use super::Rendered;
 use super::context::FrameContext;
 use super::device::OnDevice;
 use super::lazy::Lazy;
 use super::levels::LevelRays;
 use super::prepare::FieldSummary;
 use super::prepared_field::PreparedField;
-use super::rendered::Rendered;
 use super::work::{Painter, Work, budget};
 use super::{frame_cache, picture};
 use crate::device::Scenery;

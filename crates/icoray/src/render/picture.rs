@@ -1,9 +1,9 @@
 //! Draws the picture of prepared rays: distributes tiles over ranks, traces and gathers them.
 
+use super::Rendered;
 use super::context::FrameContext;
 use super::device::OnDevice;
 use super::prepare::FieldSummary;
-use super::rendered::Rendered;
 use super::round::Rounds;
 use super::samples::Sampled;
 use super::work::{Work, certainty, notes};

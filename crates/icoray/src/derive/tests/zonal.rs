@@ -113,7 +113,7 @@ fn threads_and_ranks_change_no_bit() {
                 let (fields, part) = (Fields::new([("q", array.field())]), Some(&part));
                 let threads = Threads::new(1 + ranks.rank()).unwrap();
                 let given = RenderInputs { scene: &scene, grid: &grid, part, layers: &layers(), fields: &fields };
-                let made = make(ranks, &DerivedFieldCache::default(), &threads, &given).unwrap().unwrap();
+                let made = make(ranks, &DerivedFieldCache::default(), &threads, &given, None).unwrap();
                 let found = bits(made.fields(&fields).get("eddy").unwrap());
                 let own = (0..columns).filter(|c| owns(*c));
                 for i in own.flat_map(|c| c * LAYERS..(c + 1) * LAYERS) {
@@ -132,7 +132,7 @@ fn ranks_that_derive_other_fields_are_an_error() {
     let errors = on_ranks(2, |ranks| {
         let scene = if ranks.is_root() { zonal(10.0) } else { zonal(20.0) };
         let given = RenderInputs { scene: &scene, grid: &grid, part: None, layers: &layers(), fields: &fields };
-        make(ranks, &DerivedFieldCache::default(), &world.threads, &given).unwrap_err().to_string()
+        make(ranks, &DerivedFieldCache::default(), &world.threads, &given, None).unwrap_err().to_string()
     });
     assert!(errors[0].starts_with("MPI: rank 1: derives \"eddy\" = FromZonalMean"), "{errors:?}");
     assert_eq!(errors[0], errors[1]);
@@ -149,7 +149,7 @@ fn ranks_whose_fields_differ_are_an_error() {
         let array = Array::new(shape, true, Location::Center, |c, l| value(1, c, l));
         let (scene, fields) = (zonal(10.0), Fields::new([("q", array.field())]));
         let given = RenderInputs { scene: &scene, grid: &grid, part: Some(&part), layers: &layers(), fields: &fields };
-        make(ranks, &DerivedFieldCache::default(), &world.threads, &given).unwrap_err().to_string()
+        make(ranks, &DerivedFieldCache::default(), &world.threads, &given, None).unwrap_err().to_string()
     });
     let expected = "MPI: rank 1: takes means of a field of 4 layers at Center, but 3 layers at Center on rank 0";
     assert!(errors.iter().all(|error| error.starts_with(expected)), "{errors:?}");
