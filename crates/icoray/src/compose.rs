@@ -51,33 +51,25 @@ impl Composer<'_> {
         counts.fragments += fragments.len() as u64;
         fragments.sort_by(|a, b| a.t[0].total_cmp(&b.t[0]));
         let (mut light, mut surfaces) = (Radiance::none(), BoundarySignature::default());
-        let meet_core = |surfaces: &mut BoundarySignature, absorbed: f64, t: f64| {
-            if Budget::sees_behind(absorbed) {
-                surfaces.push(Boundary::Core, EyeDistance::new(eye, dir).distance(t));
-            }
-        };
         let mut reached = line.start;
-        for fragment in fragments {
-            if let Some((t, core)) = self.core_between(&line, dir, [reached, fragment.t[0]]) {
-                meet_core(&mut surfaces, light.alpha, t);
+        for fragment in fragments.iter().map(Some).chain([None]) {
+            if let Some((t, core)) = self.core_between(&line, dir, [reached, fragment.map_or(line.end, |f| f.t[0])]) {
+                if Budget::sees_behind(light.alpha) {
+                    surfaces.push(Boundary::Core, EyeDistance::new(eye, dir).distance(t));
+                }
                 light.over(&core);
-                return Some((light, surfaces));
+                break;
             }
+            let Some(fragment) = fragment else { break };
             if Budget::sees_behind(light.alpha) {
                 surfaces.then(&fragment.surfaces);
             }
             light.over(&fragment.light());
-            if fragment.t[1] == f64::INFINITY {
-                return Some((light, surfaces));
-            }
-            if light.ends(self.budget.min_transmittance, self.budget.brightest) {
-                return Some((light, surfaces));
+            let Budget { min_transmittance, brightest, .. } = self.budget;
+            if fragment.t[1] == f64::INFINITY || light.ends(min_transmittance, brightest) {
+                break;
             }
             reached = reached.max(fragment.t[1]);
-        }
-        if let Some((t, core)) = self.core_between(&line, dir, [reached, line.end]) {
-            meet_core(&mut surfaces, light.alpha, t);
-            light.over(&core);
         }
         Some((light, surfaces))
     }

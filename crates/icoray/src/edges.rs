@@ -138,11 +138,6 @@ impl View<'_> {
     }
 }
 
-/// The mean of rays; its error is the mean of their errors plus rounding.
-pub(crate) fn mean(rays: &[Pixel]) -> Pixel {
-    weighted_mean(rays.iter().map(|ray| (ray, 1.0)))
-}
-
 /// The mean of pixels, each with its weight; its error is the mean of their errors plus rounding.
 pub(crate) fn weighted_mean<'p>(pixels: impl Iterator<Item = (&'p Pixel, f64)>) -> Pixel {
     let (mut color, mut error, mut whole) = ([0.0; 4], 0.0, 0.0);

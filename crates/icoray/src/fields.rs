@@ -114,11 +114,6 @@ impl<'f> Fields<'f> {
     pub fn iter(&self) -> impl Iterator<Item = (&str, &Field<'f>)> {
         self.named.iter().map(|(name, field)| (name.as_str(), field))
     }
-
-    /// The fields with `first` before all others.
-    pub(crate) fn behind(&self, first: impl Iterator<Item = (String, Field<'f>)>) -> Self {
-        Fields { named: first.chain(self.named.iter().cloned()).collect(), ..*self }
-    }
 }
 
 impl<'f> From<&Field<'f>> for Fields<'f> {

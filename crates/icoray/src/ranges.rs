@@ -47,7 +47,7 @@ impl Ranges {
         &self,
         ranks: &mut Ranks,
         scene: &Scene,
-        values: &dyn Fn(&str) -> Result<FieldValues<'v>>,
+        values: &dyn Fn(&str) -> FieldValues<'v>,
     ) -> Result<Option<Scene>> {
         let mut found: Vec<RecentRange> = Vec::new();
         scene.over_each(|field, coloring| {
@@ -67,7 +67,7 @@ impl Ranges {
         ranks: &mut Ranks,
         field: &str,
         coloring: &Coloring,
-        values: &dyn Fn(&str) -> Result<FieldValues<'v>>,
+        values: &dyn Fn(&str) -> FieldValues<'v>,
     ) -> Result<Option<[f64; 2]>> {
         let known = self.known(field, coloring);
         let (percentile, hysteresis) = match coloring.range() {
@@ -79,8 +79,7 @@ impl Ranges {
         let range = match (known, hysteresis) {
             (Some(known), None) => known,
             (known, _) => {
-                let values = ranks.attempt(|| values(field));
-                let seen = ranks.collective(values)?.percentiles(ranks, scale, percentile)?;
+                let seen = values(field).percentiles(ranks, scale, percentile)?;
                 let range = match (known, seen) {
                     (Some(known), Some(seen)) => widened(scale, known, seen, hysteresis.unwrap_or(0.0)),
                     (Some(known), None) => known,

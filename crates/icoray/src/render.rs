@@ -148,7 +148,7 @@ impl Renderer {
         let shown: Vec<(&str, Field)> = prepared.iter().map(|field| (field.name(), field.field())).collect();
         let values = |name: &str| {
             let (_, field) = shown.iter().find(|(known, _)| *known == name).unwrap_or(&shown[0]);
-            Ok(FieldValues { threads: &self.threads, field, part })
+            FieldValues { threads: &self.threads, field, part }
         };
         let settled = self.ranges.resolve(ranks, scene, &values)?;
         if let Some(settled) = &settled {

@@ -1,6 +1,6 @@
 //! Pixels at any places of a picture, which are traced again with several rays each, in tiles of their list.
 
-use crate::edges::{self, mean};
+use crate::edges::{self, weighted_mean};
 use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling};
 use crate::sampling::Pattern;
 use icoray_kernel::Counts;
@@ -109,6 +109,7 @@ impl Tiling for ScatteredPixels {
     }
 
     fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel> {
+        let mean = |rays: &[Pixel]| weighted_mean(rays.iter().map(|ray| (ray, 1.0)));
         rays.chunks_exact(self.rays.count()).map(mean).collect()
     }
 

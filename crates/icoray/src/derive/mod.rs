@@ -50,7 +50,8 @@ struct DerivedField {
 impl DerivedFields {
     /// The derived fields, followed by the given ones.
     pub fn fields<'m>(&'m self, of: &Fields<'m>) -> Fields<'m> {
-        of.behind(self.fields.iter().map(|made| (made.name.clone(), made.at.field(&made.values, None))))
+        let made = self.fields.iter().map(|made| (made.name.as_str(), made.at.field(&made.values, None)));
+        Fields::new(made).with(of.clone())
     }
 
     /// Bytes of the derived fields and of those stored for them.

@@ -9,14 +9,12 @@ use super::prepare::FieldSummary;
 use super::prepared_field::PreparedField;
 use super::work::{Painter, Work, budget};
 use super::{frame_cache, picture};
-use crate::device::Scenery;
 use crate::edges::Edges;
 use crate::ranks::Ranks;
 use icoray_grid::Result;
 use icoray_kernel::general::RaySettings;
 use icoray_kernel::ground::Ground;
 use icoray_kernel::shade::Shading;
-use icoray_kernel::transfer::KernelKnot;
 use icoray_kernel::{SceneTracer, Tracer};
 use icoray_output::{Colors, FrameReport};
 use icoray_scene::{Heights, Lights, Quality};
@@ -80,14 +78,7 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     let ground = ground.as_ref();
     let mut built = Lazy::of(|| SceneBuilder::new(context, &terrain, &summary).build(ground));
     complete(context, ranks, &mut built, summary.is_lit())?;
-    let mut on_device = OnDevice::new(context, field, &built, summary.quality, ground.is_some());
-    if context.has_scenery() {
-        on_device = on_device.with_scenery(|| {
-            let knots = KernelKnot::of(&scene.volumes[0].transfer, plan.thickness());
-            let range = |source| context.range(source).0;
-            renderer.run(|| Scenery::new(&built.get().scene, &knots, summary.is_lit(), range))
-        });
-    }
+    let on_device = OnDevice::new(context, field, &built, &summary, ground.is_some());
     let radius = [terrain.core_radius[0], terrain.outer];
     let [core, top] = radius.map(|radius| context.facets(radius));
     let has_boundaries = scene.has_boundaries();

@@ -148,13 +148,9 @@ impl Work<'_, '_> {
     }
 }
 
-/// The error budget of rays.
+/// The error budget of rays, without early ends if the renderer disables them.
 pub(super) fn budget(renderer: &Renderer, scene: &Scene, quality: &Quality) -> Budget {
-    with_ends(renderer, allowed(scene, quality))
-}
-
-/// The budget of rays, without early ends if the renderer disables them.
-pub(super) fn with_ends(renderer: &Renderer, mut budget: Budget) -> Budget {
+    let mut budget = allowed(scene, quality);
     if !renderer.savings.ends {
         // Less than any transmittance.
         budget.min_transmittance = -1.0;

@@ -146,8 +146,11 @@ impl Look {
             None => look.range = look.range.map(|end| look.rounded(end)),
         }
         look.is_cut &= options.isosurface.is_none();
-        look.tidy();
-        look
+        // Opacities are at rounded values, which must rise.
+        let mut stops = std::mem::take(&mut look.opacity);
+        stops.iter_mut().for_each(|(value, _)| *value = look.rounded(*value));
+        stops.dedup_by(|b, a| b.0 <= a.0);
+        Look { opacity: stops, ..look }
     }
 
     fn ends(&mut self, low: f64, high: f64) {
@@ -289,14 +292,6 @@ impl Look {
             Scale::Log => to_step(value, 0.03 * value),
             _ => to_step(value, self.step),
         }
-    }
-
-    /// Rounds the values of opacities, which must rise.
-    fn tidy(&mut self) {
-        let mut stops = std::mem::take(&mut self.opacity);
-        stops.iter_mut().for_each(|(value, _)| *value = self.rounded(*value));
-        stops.dedup_by(|b, a| b.0 <= a.0);
-        self.opacity = stops;
     }
 }
 
