@@ -21,7 +21,6 @@ mod frame_cache;
 mod gradient_tests;
 #[cfg(test)]
 mod ground_tests;
-mod histogram;
 mod lazy;
 mod levels;
 mod parts;
@@ -33,12 +32,12 @@ mod progress;
 mod renderer;
 mod round;
 mod samples;
-mod summary;
+mod statistics;
 mod work;
 
-pub use histogram::Histogram;
 pub use probe::{Contribution, Probe, ProbePoint, ScenePart};
 pub use renderer::Renderer;
+pub use statistics::Histogram;
 
 use context::FrameContext;
 use devices::DeviceChoice;
