@@ -105,11 +105,6 @@ impl<'f> Fields<'f> {
         Fields { heights: self.heights.or(others.heights), ..self }
     }
 
-    /// All fields but the heights, those without a name first.
-    pub(crate) fn each(&self) -> impl Iterator<Item = &Field<'f>> {
-        self.unnamed.iter().chain(self.named.iter().map(|(_, field)| field))
-    }
-
     /// Names and fields.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &Field<'f>)> {
         self.named.iter().map(|(name, field)| (name.as_str(), field))

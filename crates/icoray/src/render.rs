@@ -5,7 +5,6 @@ use crate::fields::Fields;
 use crate::plan::Plan;
 use crate::ranges::FieldValues;
 use crate::ranks::{HAS_WHOLE, Part, Ranks};
-use crate::render_inputs::RenderInputs;
 use icoray_grid::{Error, ErrorKind, Field, Grid, Layers, Result};
 use icoray_output::{Frame, FrameReport, Sharing};
 use icoray_scene::{Backend, Scene, Scheme};
@@ -60,6 +59,17 @@ impl Rendered {
             Rendered::AtRoot(report) => report,
         }
     }
+}
+
+/// A scene and the data that it shows.
+#[derive(Clone, Copy)]
+pub(crate) struct RenderInputs<'f> {
+    pub scene: &'f Scene,
+    pub grid: &'f Grid<'f>,
+    /// The rank's part of the grid; `None` is the whole grid.
+    pub part: Option<&'f Part>,
+    pub layers: &'f Layers,
+    pub fields: &'f Fields<'f>,
 }
 
 impl Renderer {

@@ -14,7 +14,7 @@ mod zonal;
 
 use crate::fields::{FieldLayout, Fields};
 use crate::ranks::Ranks;
-use crate::render_inputs::RenderInputs;
+use crate::render::RenderInputs;
 use first::FirstFrames;
 use icoray_grid::threads::Threads;
 use icoray_grid::{Error, ErrorKind, Field, OwnedReals, Reals, Result, Shape, memory};

@@ -11,8 +11,9 @@
 
 use super::run::load;
 use crate::fields::FieldLayout;
+use crate::ranges::reduce_parts;
 use crate::ranks::{Part, Ranks};
-use crate::render_inputs::RenderInputs;
+use crate::render::RenderInputs;
 use icoray_grid::threads::Threads;
 use icoray_grid::{Error, ErrorKind, Field, Location, Reals, Result};
 use rayon::prelude::*;
@@ -77,18 +78,8 @@ impl<'m> Means<'m> {
             let FieldLayout { location, layers, .. } = FieldLayout::of(counted.field);
             vec![("takes means of a field of", format!("{layers} layers at {location:?}"))]
         })?;
-        let shared = given.part.is_some();
-        let most = ranks.attempt(|| Ok(threads.run(|| counted.most())));
-        let mut most = ranks.collective(most)?;
-        if shared {
-            most = joined(ranks, most, |most, other| *most = most.max(other))?;
-        }
-        let scale: Vec<f64> = most.into_iter().map(scale).collect();
-        let sums = ranks.attempt(|| Ok(threads.run(|| counted.sums(&scale, bands))));
-        let mut sums = ranks.collective(sums)?;
-        if shared {
-            sums = joined(ranks, sums, |sum, other| *sum += other)?;
-        }
+        let scale: Vec<f64> = counted.most(ranks, threads)?.into_iter().map(scale).collect();
+        let sums = counted.sums(ranks, threads, &scale, bands)?;
         let layers = scale.len();
         let mean = |(i, sum): (usize, &Sum)| match sum.count {
             0 => f64::NAN,
@@ -161,17 +152,19 @@ impl<'c> Counted<'c> {
         }
     }
 
-    /// Reduces the counted columns and their values in parallel: `take` accumulates a column, `add` merges two
-    /// accumulators.
-    fn added<V: Clone + Default + Send + Sync>(
+    /// Reduces the counted columns of all ranks and their values in parallel: `take` accumulates a column, `add` merges
+    /// two accumulators. Collective.
+    fn added<V: Clone + Default + Send + Sync + Serialize + DeserializeOwned>(
         &self,
+        ranks: &mut Ranks,
+        threads: &Threads,
         size: usize,
         take: impl Fn(&mut [V], usize, &[f64]) + Sync,
         add: impl Fn(&mut V, V) + Sync,
-    ) -> Vec<V> {
+    ) -> Result<Vec<V>> {
         let FieldLayout { columns, layers, .. } = FieldLayout::of(self.field);
         let runs = columns.div_ceil(RUN);
-        let most = runs.div_ceil(4 * rayon::current_num_threads()).max(8);
+        let most = runs.div_ceil(4 * threads.count()).max(8);
         let nothing = || vec![V::default(); size];
         let of_run = |(mut all, mut values): (Vec<V>, Vec<f64>), run: usize| {
             let columns = run * RUN..(run * RUN + RUN).min(columns);
@@ -188,19 +181,21 @@ impl<'c> Counted<'c> {
             a
         };
         let runs = (0..runs).into_par_iter().with_min_len(most);
-        runs.fold(|| (nothing(), Vec::new()), of_run).map(|(all, _)| all).reduce(nothing, both)
+        let mine =
+            || threads.run(|| runs.fold(|| (nothing(), Vec::new()), of_run).map(|(all, _)| all).reduce(nothing, both));
+        reduce_parts(ranks, self.given.part, mine, both)
     }
 
     /// The largest of each layer's values, without sign.
-    fn most(&self) -> Vec<f64> {
+    fn most(&self, ranks: &mut Ranks, threads: &Threads) -> Result<Vec<f64>> {
         let take = |most: &mut [f64], _: usize, row: &[f64]| {
             most.iter_mut().zip(row).for_each(|(most, value)| *most = most.max(value.abs()));
         };
-        self.added(self.field.shape().layers, take, |most: &mut f64, other| *most = most.max(other))
+        self.added(ranks, threads, self.field.shape().layers, take, |most: &mut f64, other| *most = most.max(other))
     }
 
     /// Sums of each band's layers, times each layer's scale.
-    fn sums(&self, scale: &[f64], bands: usize) -> Vec<Sum> {
+    fn sums(&self, ranks: &mut Ranks, threads: &Threads, scale: &[f64], bands: usize) -> Result<Vec<Sum>> {
         let layers = scale.len();
         let take = |sums: &mut [Sum], column: usize, row: &[f64]| {
             let band = (place(self.latitude_rad.get(column), bands) as usize).min(bands - 1);
@@ -211,18 +206,6 @@ impl<'c> Counted<'c> {
                 sum.count += u64::from(!value.is_nan());
             }
         };
-        self.added(bands * layers, take, |sum, other| *sum += other)
+        self.added(ranks, threads, bands * layers, take, |sum, other| *sum += other)
     }
-}
-
-/// The numbers of all ranks, joined place by place by `join`. Collective.
-fn joined<N: Serialize + DeserializeOwned>(
-    ranks: &mut Ranks,
-    mine: Vec<N>,
-    join: impl Fn(&mut N, N),
-) -> Result<Vec<N>> {
-    ranks.reduce_values(mine, |mut all, others| {
-        all.iter_mut().zip(others).for_each(|(one, other)| join(one, other));
-        all
-    })
 }

@@ -1,11 +1,11 @@
 //! Prepares the fields that a scene shows: averages them to cell centres and moves them to the layers of the first.
 //! Heights of columns are averaged to cell centres.
 
+use super::RenderInputs;
 use super::frame_cache::{FrameCache, MovedKey, SourceKey};
 use super::renderer::Renderer;
 use crate::plan::Plan;
 use crate::ranks::{HAS_WHOLE, Ranks};
-use crate::render_inputs::RenderInputs;
 use icoray_grid::heights::check_corners;
 use icoray_grid::{CenterField, Field, Grid, Location, Reals, Result};
 use icoray_scene::Heights;

@@ -64,6 +64,11 @@ pub(in crate::render) struct RayPart {
 }
 
 impl RayPart {
+    /// The value of a field; `None` where it is missing.
+    pub fn value(&self, field: usize) -> Option<f64> {
+        Some(self.values[field]).filter(|value| value.is_finite())
+    }
+
     /// Whether it is a stretch of a frustum.
     pub fn is_stretch(&self) -> bool {
         self.t[0] < self.t[1]
