@@ -84,17 +84,10 @@ mod tests {
     use super::*;
     use icoray_grid::IcosahedralMesh;
 
-    fn scene(side: u32, camera: &str) -> Scene {
-        let text = format!(
-            "field = \"f\"\n[image]\nwidth = {side}\nheight = {side}\n[camera]\n{camera}\n\
-             [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.5]]\n"
-        );
-        Scene::parse(&text).unwrap()
-    }
-
     fn of(level: u32, side: u32, camera: &str) -> CellsPerPixel {
         let mesh = IcosahedralMesh::new(level).unwrap();
-        cells_per_pixel(&scene(side, camera), &Grid::new(mesh.tables()).unwrap(), None, [1.0, 1.1])
+        let text = format!("field = 'f'\nimage = {{ width = {side}, height = {side} }}\n[camera]\n{camera}");
+        cells_per_pixel(&Scene::parse(&text).unwrap(), &Grid::new(mesh.tables()).unwrap(), None, [1.0, 1.1])
     }
 
     #[test]

@@ -243,12 +243,9 @@ mod tests {
 
     #[test]
     fn a_gap_shows_land_and_sea() {
-        let mut scene = icoray_scene::Scene::parse(
-            "field = \"q\"\n[image]\nwidth = 9\nheight = 9\n[camera]\nlon = 20\nlat = 10\ndistance = 3\n\
-             [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.0], [1, 0.0]]\n",
-        )
-        .unwrap();
-        (scene.scenery.ground.land, scene.scenery.ground.ocean) = (Some([0.0, 1.0, 0.0]), Some([0.0, 0.0, 1.0]));
+        let text =
+            "field = 'q'\ncamera = { lon = 20, lat = 10, distance = 3 }\nground = { land = 'lime', ocean = 'blue' }";
+        let scene = icoray_scene::Scene::parse(text).unwrap();
         let ground = Ground::new(&scene).unwrap();
         let composer = Composer { core: Core::new(scene.core, Some(&ground)), ..COMPOSER };
         let eye = DVec3::from_array(scene.camera.eye());

@@ -280,11 +280,8 @@ mod tests {
         let (mut beside, mut passed) = (0, 0);
         for camera in cameras {
             for [width, height] in [[200, 130], [31, 250]] {
-                let scene = Scene::parse(&format!(
-                    "field = \"f\"\n[image]\nwidth = {width}\nheight = {height}\n[camera]\n{camera}\n\
-                     [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.5], [1, 0.5]]\n"
-                ))
-                .unwrap();
+                let text = format!("field = 'f'\nimage = {{ width = {width}, height = {height} }}\n[camera]\n{camera}");
+                let scene = Scene::parse(&text).unwrap();
                 let raster = Raster { width, height, step: 1 };
                 let all: Vec<u32> = (0..raster.tiles()).collect();
                 let draw = |places: &[SamplePoint], counts: &mut Counts| {
