@@ -17,8 +17,6 @@ mod devices;
 mod draw;
 mod frame_cache;
 #[cfg(test)]
-mod gradient_tests;
-#[cfg(test)]
 mod ground_tests;
 mod lazy;
 mod levels;
