@@ -63,8 +63,9 @@ impl Edges {
     /// The numbers of the edge pixels of a picture, rising.
     pub fn find(&self, scene: &Scene, picture: &[Pixel]) -> Vec<u32> {
         let view = View { scene, pixel: scene.camera.pixel_width(scene.height), picture };
-        let may_show =
-            |silhouette: &Silhouette, x: u32, y: u32, pixels: u32| view.may_show_limb(silhouette.radius, x, y, pixels);
+        let may_show = |silhouette: &Silhouette, x: u32, y: u32, pixels: u32| {
+            may_show_limb(scene, view.pixel, silhouette.radius, [x, y], pixels)
+        };
         let is_edge = |x: u32, y: u32| {
             let contrast = |least: f64| view.has_contrast(x, y, least.max(FAINTEST));
             self.surfaces && view.has_step(x, y) && contrast(0.0)
@@ -103,21 +104,6 @@ impl View<'_> {
         [[left, right], [up, down]].map(|pair| pair.map(|place| place.map(|(x, y)| self.at(x, y))))
     }
 
-    /// Whether the silhouette of a core between these radii may pass within half of `pixels` of a pixel's middle, on
-    /// both axes.
-    fn may_show_limb(&self, [low, high]: [f64; 2], x: u32, y: u32, pixels: u32) -> bool {
-        let Scene { camera, width, height, .. } = self.scene;
-        let eye = DVec3::from_array(camera.eye());
-        let middle = SamplePoint::middle(x, y, false);
-        let dir = DVec3::from_array(camera.direction_at(middle.at, *width, *height));
-        // Turning a ray by an angle changes its distance from the centre by at most the angle times the distance of the
-        // eye.
-        let reach = 0.5 * SQRT_2 * f64::from(pixels) * self.pixel * eye.length();
-        let along = -eye.dot(dir);
-        let b = (eye + along * dir).length();
-        along + reach > 0.0 && b + reach >= low && b - reach <= high
-    }
-
     /// Whether a pixel's ray meets other surfaces than those of its neighbours, or the same ones at another depth.
     fn has_step(&self, x: u32, y: u32) -> bool {
         let most = (STEP * self.pixel) as f32;
@@ -136,6 +122,19 @@ impl View<'_> {
             |other: &Pixel| mine.iter().zip(other.color).any(|(mine, other)| f64::from((mine - other).abs()) > least);
         self.beside(x, y).iter().flatten().flatten().any(|other| differs(other))
     }
+}
+
+/// Whether a ray within half of `pixels` of a pixel's middle, on both axes, may pass the centre at a distance between
+/// these radii; `pixel` is the width of a pixel at distance 1 in the middle of the picture.
+pub(crate) fn may_show_limb(scene: &Scene, pixel: f64, [low, high]: [f64; 2], [x, y]: [u32; 2], pixels: u32) -> bool {
+    let eye = DVec3::from_array(scene.camera.eye());
+    let middle = SamplePoint::middle(x, y, false);
+    let dir = DVec3::from_array(scene.camera.direction_at(middle.at, scene.width, scene.height));
+    // Turning a ray by an angle changes its distance from the centre by at most the angle times the distance of the eye.
+    let reach = 0.5 * SQRT_2 * f64::from(pixels) * pixel * eye.length();
+    let along = -eye.dot(dir);
+    let passes_at = (eye + along * dir).length();
+    along + reach > 0.0 && passes_at + reach >= low && passes_at - reach <= high
 }
 
 /// The mean of pixels, each with its weight; its error is the mean of their errors plus rounding.

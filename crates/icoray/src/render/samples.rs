@@ -7,24 +7,13 @@ use crate::edges;
 use crate::plan::budget::brightest;
 use crate::ranks::{Ranks, TileAssignment};
 use crate::raster::{Pixel, Raster};
-use crate::sampling::{SampledPicture, may_show_shell, rounds};
+use crate::sampling::{Sampled, SampledPicture, may_show_shell, rounds};
 use crate::scattered::{PixelRays, ScatteredPixels};
 use crate::time_budget::Deadline;
 use icoray_grid::Result;
 use icoray_output::SamplingError;
 use icoray_scene::Scene;
 use rayon::prelude::*;
-
-/// A picture with its samples, at rank 0.
-pub(super) struct Sampled {
-    pub drawn: Drawn,
-    pub edge_pixels: u64,
-    /// Mean number of rays of the pixels that may show the shell; of all pixels if not all are traced.
-    pub rays_per_pixel: f64,
-    /// The estimated sampling error of each pixel, or of those that were not traced; empty if each pixel has one ray.
-    pub error: Vec<f32>,
-    pub summary: Option<SamplingError>,
-}
 
 impl Rounds<'_, '_, '_> {
     /// Adds the scene's samples to the pixels of a picture of one ray per pixel, as long as there is time. If the scene
@@ -44,11 +33,7 @@ impl Rounds<'_, '_, '_> {
         };
         let picture = self.at_root(ranks, Ok(drawn), begin)?;
         let (rays, picture) = self.add_rounds(ranks, picture)?;
-        let sampled = picture.map(|picture| {
-            let (edge_pixels, rays_per_pixel) = (picture.edge_pixels(), picture.rays_per_pixel());
-            let (drawn, error, summary) = picture.finish();
-            Sampled { drawn, edge_pixels, rays_per_pixel, error, summary: Some(summary) }
-        });
+        let sampled = picture.map(SampledPicture::finish);
         if rays == 1 { self.unsampled(ranks, sampled.map(|sampled| sampled.drawn)) } else { Ok(sampled) }
     }
 
