@@ -112,6 +112,20 @@ impl Tile {
     }
 }
 
+/// All tiles of `tiling`, which come in any order, by number, and the sum of their counts.
+///
+/// # Panics
+/// If a tile is missing or occurs twice.
+pub(crate) fn in_order<'t>(tiling: &dyn Tiling, tiles: &'t [Tile]) -> (Vec<&'t Tile>, Counts) {
+    let mut found = vec![None; tiling.tiles() as usize];
+    let mut counts = Counts::default();
+    for tile in tiles {
+        assert!(found[tile.number as usize].replace(tile).is_none(), "tile {} came twice", tile.number);
+        counts += tile.counts;
+    }
+    (found.into_iter().map(|tile| tile.expect("a tile is missing")).collect(), counts)
+}
+
 /// The pixels of a picture that are traced: each `step`-th in both directions, and the last of each row and column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Raster {
@@ -144,18 +158,12 @@ impl Raster {
         self.nodes()[0].div_ceil(self.side())
     }
 
-    /// The first and the end of a tile's traced columns and rows.
-    fn extent(&self, tile: u32) -> [[u32; 2]; 2] {
-        let (side, tiles_across) = (self.side(), self.tiles_across());
-        let [across, down] = self.nodes();
-        let (x, y) = (tile % tiles_across * side, tile / tiles_across * side);
-        [[x, (x + side).min(across)], [y, (y + side).min(down)]]
-    }
-
     /// A tile's traced pixels.
     pub fn rect(&self, tile: u32) -> Rect {
-        let [[left, right], [top, bottom]] = self.extent(tile);
-        Rect { left, top, width: right - left, height: bottom - top }
+        let (side, tiles_across) = (self.side(), self.tiles_across());
+        let [across, down] = self.nodes();
+        let (left, top) = (tile % tiles_across * side, tile / tiles_across * side);
+        Rect { left, top, width: side.min(across - left), height: side.min(down - top) }
     }
 
     /// The picture of all tiles, which are in any order, with the pixels between filled in: rows from the top. The
@@ -165,19 +173,14 @@ impl Raster {
     /// If a tile is missing or occurs twice.
     pub fn assemble(&self, tiles: &[Tile]) -> (Vec<Pixel>, Counts) {
         let [across, down] = self.nodes().map(|n| n as usize);
-        let mut by_number: Vec<Option<&Tile>> = vec![None; self.tiles() as usize];
-        let mut counts = Counts::default();
-        for tile in tiles {
-            assert!(by_number[tile.number as usize].replace(tile).is_none(), "tile {} came twice", tile.number);
-            counts += tile.counts;
-        }
+        let (tiles, counts) = in_order(self, tiles);
         // Pages of memory are much of the time, so that threads share their first use.
         let mut nodes: Vec<Pixel> = (0..across * down).into_par_iter().map(|_| Pixel::default()).collect();
         let side = self.side() as usize;
-        let rows = by_number.par_chunks(self.tiles_across() as usize).zip(nodes.par_chunks_mut(across * side));
+        let rows = tiles.par_chunks(self.tiles_across() as usize).zip(nodes.par_chunks_mut(across * side));
         rows.for_each(|(tiles, nodes)| {
             for (x0, tile) in (0..across).step_by(side).zip(tiles) {
-                let lines = tile.expect("a tile is missing").pixels.chunks_exact(side.min(across - x0));
+                let lines = tile.pixels.chunks_exact(side.min(across - x0));
                 for (line, nodes) in lines.zip(nodes.chunks_exact_mut(across)) {
                     nodes[x0..x0 + line.len()].copy_from_slice(line);
                 }
@@ -285,10 +288,10 @@ impl Tiling for Raster {
 
     fn sample_points(&self, tile: u32, emit: &mut dyn FnMut(SamplePoint)) {
         let pixel = |node: u32, side: u32| (node * self.step).min(side - 1);
-        let [[x0, x1], [y0, y1]] = self.extent(tile);
-        for y in y0..y1 {
-            for x in x0..x1 {
-                emit(SamplePoint::middle(pixel(x, self.width), pixel(y, self.height), x == x0));
+        let Rect { left, top, width, height } = self.rect(tile);
+        for y in top..top + height {
+            for x in left..left + width {
+                emit(SamplePoint::middle(pixel(x, self.width), pixel(y, self.height), x == left));
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Pixels at any places of a picture, which are traced again with several rays each, in tiles of their list.
 
 use crate::edges::{self, weighted_mean};
-use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling};
+use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling, in_order};
 use crate::sampling::Pattern;
 use icoray_kernel::Counts;
 use std::ops::Range;
@@ -71,15 +71,8 @@ impl ScatteredPixels {
     /// # Panics
     /// If a tile is missing or occurs twice.
     pub fn in_order<'t>(&self, tiles: &'t [Tile]) -> (Vec<&'t Pixel>, Counts) {
-        let mut found = vec![None; self.tiles() as usize];
-        let mut counts = Counts::default();
-        for tile in tiles {
-            counts += tile.counts;
-            let before = found[tile.number as usize].replace(tile);
-            assert!(before.is_none(), "tile {} came twice", tile.number);
-        }
-        let found = found.into_iter().flat_map(|tile| &tile.expect("a tile is missing").pixels);
-        (found.collect(), counts)
+        let (tiles, counts) = in_order(self, tiles);
+        (tiles.into_iter().flat_map(|tile| &tile.pixels).collect(), counts)
     }
 }
 

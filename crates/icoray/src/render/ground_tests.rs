@@ -17,11 +17,7 @@ const LAND: [f64; 3] = [0.5, 0.25, 0.125];
 const SEA: [f64; 3] = [0.0, 0.125, 0.5];
 
 fn scene() -> Scene {
-    Scene::parse(
-        "field = \"q\"\n[image]\nwidth = 160\nheight = 160\n[camera]\nlon = 0\nlat = 0\ndistance = 3\nfov = 40\n\
-         [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.0], [1, 0.0]]\n",
-    )
-    .unwrap()
+    Scene::parse("field = 'q'\ntransfer = { range = [0, 1], opacity = [[0, 0], [1, 0]] }").unwrap()
 }
 
 fn lines(pattern: Pattern, width_px: f64) -> Lines {

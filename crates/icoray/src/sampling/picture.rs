@@ -141,8 +141,11 @@ impl<'s> SampledPicture<'s> {
         let deviation = after.deviation(&before);
         let joined = self.active.par_iter().zip(&added).map(|(active, pixel)| {
             let mine = &pixels[active.number as usize];
-            let place = Pattern::of([active.number % width, active.number / width]).mean_place(samples.clone());
-            let moved = Pixel { color: at_middle(pixel.color, place, &active.slopes), ..**pixel };
+            let [x, y] = Pattern::of([active.number % width, active.number / width]).mean_place(samples.clone());
+            let [right, down] = &active.slopes;
+            let from_middle = |k: usize| f64::from(right[k]) * x + f64::from(down[k]) * y;
+            let at_middle = |k: usize| (f64::from(pixel.color[k]) - from_middle(k)) as f32;
+            let moved = Pixel { color: std::array::from_fn(at_middle), ..**pixel };
             let weighted = [(mine, before.sum), (&moved, after.sum - before.sum)];
             let mut joined = edges::weighted_mean(weighted.into_iter());
             // A slope may lead to negative light.
@@ -194,12 +197,6 @@ impl<'s> SampledPicture<'s> {
             summary: Some(SamplingError { max: f64::from(max), mean: sum / sampled }),
         }
     }
-}
-
-/// Light at a place of a pixel, moved to its middle along these slopes.
-fn at_middle(color: [f32; 4], [x, y]: [f64; 2], [right, down]: &[[f32; 4]; 2]) -> [f32; 4] {
-    let moved = |k: usize| f64::from(color[k]) - (f64::from(right[k]) * x + f64::from(down[k]) * y);
-    std::array::from_fn(|k| moved(k) as f32)
 }
 
 /// The slopes of a picture at a pixel, to the right and downwards, per pixel: the mean of the slopes on both sides, at
