@@ -13,7 +13,6 @@ use std::time::Instant;
 mod columns;
 mod context;
 mod device;
-mod devices;
 mod draw;
 mod frame_cache;
 #[cfg(test)]
@@ -37,8 +36,8 @@ pub use renderer::Renderer;
 pub use statistics::Histogram;
 
 use context::FrameContext;
-use devices::DeviceChoice;
 use prepared_field::PreparedField;
+use renderer::DeviceChoice;
 
 /// A rank's result of a finished picture.
 #[derive(Debug, Clone, PartialEq)]

@@ -7,7 +7,6 @@
 //! Ranks with parts derive their own columns, halo included. Only zonal means need columns of other ranks; they are
 //! summed in integers, so the result does not depend on threads or ranks, to the bit.
 
-mod first;
 mod resolve;
 mod run;
 mod zonal;
@@ -15,20 +14,31 @@ mod zonal;
 use crate::fields::{FieldLayout, Fields};
 use crate::ranks::Ranks;
 use crate::render::RenderInputs;
-use first::FirstFrames;
 use icoray_grid::threads::Threads;
 use icoray_grid::{Error, ErrorKind, Field, OwnedReals, Reals, Result, Shape, memory};
 use icoray_scene::{Derivation, How, Scene};
 use resolve::needed_derivations;
 use run::{Operation, fill};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use zonal::Means;
+
+/// Maximum number of stored first frames: bounds the memory if a host generates ever new names.
+const MAX_FIRSTS: usize = 64;
 
 /// The renderer's state between frames: fields of first frames, and buffers to reuse.
 #[derive(Debug, Default)]
 pub(crate) struct DerivedFieldCache {
-    firsts: FirstFrames,
+    firsts: Mutex<Vec<FirstFrame>>,
     memory: Mutex<Vec<OwnedReals>>,
+}
+
+/// A field as it was in the first frame that requested it. Identified by the definition of the field, down to the model's
+/// names, and by its shape: each shape has a first frame of its own.
+#[derive(Debug)]
+struct FirstFrame {
+    origin: String,
+    at: FieldLayout,
+    values: Arc<OwnedReals>,
 }
 
 /// The derived fields of a frame.
@@ -76,7 +86,29 @@ impl DerivedFieldCache {
             self.memory.lock().unwrap_or_else(PoisonError::into_inner).iter().map(OwnedReals::bytes).sum::<usize>();
         // A frame without fields is refused where fields are read.
         let needed = fields.first("").map_or(0, |field| bytes(scene, field));
-        memory::require("derived fields", needed.saturating_sub((held + self.firsts.bytes()) as u64), limit)
+        memory::require("derived fields", needed.saturating_sub((held + self.first_bytes()) as u64), limit)
+    }
+
+    /// The field's values in the first frame; stores the current ones if there are none.
+    fn first(&self, origin: &str, field: &Field, threads: &Threads) -> Result<Arc<OwnedReals>> {
+        let at = FieldLayout::of(field);
+        let mut all = self.firsts.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(first) = all.iter().find(|first| first.at == at && first.origin == origin) {
+            return Ok(first.values.clone());
+        }
+        if all.len() == MAX_FIRSTS {
+            let context = format!("fields of {MAX_FIRSTS} first steps are stored already, expected no further one");
+            return Err(Error::new(ErrorKind::Scene, context));
+        }
+        let room = OwnedReals::buffer(field.samples(), None);
+        let values = Arc::new(threads.run(|| fill(room, &[*field], &Operation::Sum(vec![1.0]))));
+        all.push(FirstFrame { origin: origin.to_owned(), at, values: values.clone() });
+        Ok(values)
+    }
+
+    fn first_bytes(&self) -> usize {
+        let all = self.firsts.lock().unwrap_or_else(PoisonError::into_inner);
+        all.iter().map(|first| first.values.bytes()).sum()
     }
 
     /// A buffer in the highest precision of `of`; reuses a stored one of this precision.
@@ -135,7 +167,7 @@ pub(crate) fn make(
                 }
                 How::FromZonalMean { .. } => fill(&inputs, Operation::FromMeans(means.as_ref().expect("found above"))),
                 How::FromFirst(_) => {
-                    let first = kept.firsts.of(origin, &inputs[0], threads)?;
+                    let first = kept.first(origin, &inputs[0], threads)?;
                     fill(&[inputs[0], at.field(&first, None)], Operation::Sum(vec![1.0, -1.0]))
                 }
             }
@@ -143,7 +175,7 @@ pub(crate) fn make(
         let values = ranks.collective(values)?;
         made.fields.push(DerivedField { name: name.clone(), values, at });
     }
-    made.remembered = kept.firsts.bytes();
+    made.remembered = kept.first_bytes();
     Ok(made)
 }
 

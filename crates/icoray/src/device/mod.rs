@@ -5,10 +5,8 @@
 //! and error bounds, and traces the tiles that the device does not return. All values are for `f32` kernels.
 
 mod fields;
-mod isosurfaces;
 mod job;
 mod scenery;
-mod volumes;
 
 pub use crate::raster::Rect;
 pub use fields::{FieldId, MAX_FIELDS, SceneField};
@@ -16,12 +14,13 @@ pub use icoray_kernel::Fragment;
 pub use icoray_kernel::general::{ClipRegion, PaintedPlace, SurfaceHeight as SurfacePlace};
 pub use icoray_kernel::shade::Shading;
 pub use icoray_kernel::signature::BoundarySignature;
-pub use isosurfaces::{ColorByField, Isosurface, IsosurfacePaint};
 pub(crate) use job::GradientSource;
 pub use job::{Content, Job};
 pub(crate) use scenery::unsupported;
-pub use scenery::{MAX_CLIPS, MAX_SURFACES, Material, NativeLayers, Paint, Scenery, SurfaceLayer};
-pub use volumes::{MAX_VOLUMES, SceneVolume, VolumeMap};
+pub use scenery::{
+    ColorByField, Isosurface, IsosurfacePaint, MAX_CLIPS, MAX_SURFACES, MAX_VOLUMES, Material, NativeLayers, Paint,
+    SceneVolume, Scenery, SurfaceLayer, VolumeMap,
+};
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;

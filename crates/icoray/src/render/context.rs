@@ -1,9 +1,8 @@
 //! A frame's scene, plan, grid and prepared fields.
 
-use super::devices::DeviceChoice;
 use super::frame_cache::{FrameCache, Range};
 use super::prepared_field::PreparedField;
-use super::renderer::Renderer;
+use super::renderer::{DeviceChoice, Renderer};
 use crate::plan::Plan;
 use crate::ranks::Part;
 use icoray_grid::{Grid, Layers};

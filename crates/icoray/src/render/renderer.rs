@@ -1,6 +1,5 @@
 //! The renderer itself: its threads, its devices, and its cache between pictures.
 
-use super::devices::{DeviceCache, SingleDevice};
 use super::frame_cache::FrameCache;
 use super::progress::Progress;
 use crate::derive::DerivedFieldCache;
@@ -8,11 +7,13 @@ use crate::device::{Device, DeviceRequest, Devices, FallbackReason, unsupported}
 use crate::plan::Savings;
 use crate::ranges::Ranges;
 use fearless_simd::Level;
+use icoray_grid::Error;
 use icoray_grid::threads::Threads;
 use icoray_grid::vectors::packets;
 use icoray_scene::{Backend, Precision, Scene};
-use std::sync::Arc;
+use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A renderer with its own threads, which end when it is dropped, and optionally a device.
 ///
@@ -40,7 +41,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 #[derive(Debug)]
 pub struct Renderer {
     pub(crate) threads: Threads,
-    pub(super) devices: Option<DeviceCache>,
+    devices: Option<DeviceCache>,
     pub(super) savings: Savings,
     pub(super) integrates: bool,
     pub(super) has_levels: bool,
@@ -193,5 +194,44 @@ impl Renderer {
         let adapter = scene.device.clone();
         let wanted = DeviceRequest { adapter, or_processor: scene.backend == Backend::Gpu, node_rank };
         opened.open(wanted).map_err(Some)
+    }
+}
+
+/// The device of a picture; `Err(None)` if the scene requests none.
+pub(super) type DeviceChoice = Result<Arc<dyn Device>, Option<FallbackReason>>;
+
+/// The outcome of opening a device.
+type OpenedDevice = Result<Arc<dyn Device>, FallbackReason>;
+
+/// The outcomes of all requests so far.
+#[derive(Debug)]
+struct DeviceCache {
+    devices: Arc<dyn Devices>,
+    known: Mutex<HashMap<DeviceRequest, OpenedDevice>>,
+}
+
+impl DeviceCache {
+    fn new(devices: Arc<dyn Devices>) -> Self {
+        DeviceCache { devices, known: Mutex::default() }
+    }
+
+    fn open(&self, wanted: DeviceRequest) -> OpenedDevice {
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        // A panic of the driver falls back to the CPU.
+        let open = |wanted: &DeviceRequest| {
+            let opened = Error::of_panics(|| Ok(self.devices.open(wanted)));
+            opened.unwrap_or_else(|panic| Err(FallbackReason::new(panic.to_string())))
+        };
+        known.entry(wanted).or_insert_with_key(open).clone()
+    }
+}
+
+/// Returns the same device for every request.
+#[derive(Debug)]
+struct SingleDevice(pub Arc<dyn Device>);
+
+impl Devices for SingleDevice {
+    fn open(&self, _: &DeviceRequest) -> OpenedDevice {
+        Ok(Arc::clone(&self.0))
     }
 }
