@@ -112,7 +112,6 @@ impl TileFragments {
         self.all.extend_from_slice(fragments);
     }
 
-    /// Whether no ray has a fragment.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
     }

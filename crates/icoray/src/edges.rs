@@ -55,7 +55,6 @@ impl Edges {
         Edges { silhouettes: core.into_iter().chain(shell).collect(), surfaces }
     }
 
-    /// Whether it finds none.
     pub fn is_none(&self) -> bool {
         self.silhouettes.is_empty() && !self.surfaces
     }

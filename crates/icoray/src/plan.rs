@@ -33,9 +33,7 @@ pub struct Plan {
     pub(crate) shading: Option<Shading>,
     /// Whether the field has to be averaged from corners to centres.
     pub(crate) from_corners: bool,
-    /// Bytes of the averages at centres.
     average_bytes: u64,
-    /// Bytes of derived fields.
     derived_bytes: u64,
     left_out: Vec<String>,
 }

@@ -37,13 +37,10 @@ impl SamplePoint {
 
 /// Rays in tiles, numbered from 0: equal for all devices, threads and ranks.
 pub(crate) trait Tiling: Sync {
-    /// Number of tiles.
     fn tiles(&self) -> u32;
 
-    /// Number of pixels of a tile.
     fn pixels_of(&self, tile: u32) -> usize;
 
-    /// Number of rays of each pixel.
     fn rays_per_pixel(&self) -> usize;
 
     /// Calls `emit` with the sample points of a tile, pixel by pixel.
@@ -93,7 +90,6 @@ pub(crate) struct Tile {
     pub number: u32,
     /// Seconds of tracing on one thread.
     pub seconds: f64,
-    /// Counts of its rays.
     pub counts: Counts,
     /// Its pixels, row by row.
     pub pixels: Vec<Pixel>,

@@ -54,12 +54,10 @@ impl ScatteredPixels {
         ScatteredPixels { width: raster.width, numbers, rays }
     }
 
-    /// Their numbers in the picture, rising.
     pub fn numbers(&self) -> &[u32] {
         &self.numbers
     }
 
-    /// The pixels of a tile.
     fn of_tile(&self, tile: u32) -> &[u32] {
         let per_tile = TILE_RAYS.div_ceil(self.rays.count());
         let start = tile as usize * per_tile;

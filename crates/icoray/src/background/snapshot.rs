@@ -33,7 +33,6 @@ impl Snapshot {
         });
     }
 
-    /// The copied fields.
     pub fn fields(&self) -> Fields<'_> {
         let fields = Fields::new(self.copies.iter().map(|(name, copied)| (name.as_str(), copied.field())));
         match &self.heights {
@@ -42,7 +41,6 @@ impl Snapshot {
         }
     }
 
-    /// Number of copied bytes.
     pub fn bytes(&self) -> u64 {
         self.all().map(|copied| copied.values.bytes() as u64).sum()
     }
@@ -52,7 +50,6 @@ impl Snapshot {
     }
 }
 
-/// A copy of one field.
 #[derive(Debug, Clone)]
 struct Copied {
     values: OwnedReals,

@@ -38,7 +38,6 @@ pub(super) struct FrameContext<'f> {
     pub cache: &'f FrameCache,
     /// Bytes of averages, of moved layers and of derived fields.
     pub bytes_derived: usize,
-    /// Start of the frame.
     pub start: Instant,
 }
 

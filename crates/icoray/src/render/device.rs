@@ -55,7 +55,6 @@ impl<'f> OnDevice<'f> {
         OnDevice { device, job: job.with(scenery, has_ground), spent: DeviceCost::default(), drew: None }
     }
 
-    /// Whether there is a device.
     pub fn is_there(&self) -> bool {
         self.device.is_ok()
     }

@@ -38,7 +38,6 @@ impl<'p, 'f> Work<'p, 'f> {
         }
     }
 
-    /// A tracer at a quality.
     pub(super) fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {
         // Before there are tiles, each of which would ask for them.
         self.get_ready();

@@ -39,7 +39,6 @@ pub(super) struct OccupancyKey {
     pub leaps: bool,
 }
 
-/// Key of gradients.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct GradientKey {
     pub source: SourceKey,
@@ -66,7 +65,6 @@ pub(super) struct MovedKey {
     pub wanted: Vec<f64>,
 }
 
-/// Key of the normals of a layer.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct NormalKey {
     /// Heights of layers, and planet radii per metre of height.
@@ -126,11 +124,9 @@ pub(super) struct FrameCache {
     pub averages: CacheSlots<SourceKey, CenterField>,
     /// Fields on other layers than their own.
     pub moved: CacheSlots<MovedKey, CenterField>,
-    /// Visible blocks.
     pub visible: CacheSlots<OccupancyKey, OccupancyMask>,
     /// Gradients of the cells that rays of the pictures so far could pass.
     pub gradients: CacheSlots<GradientKey, PartialGradients>,
-    /// Normals of layers.
     pub normals: CacheSlots<NormalKey, Vec<[f32; 3]>>,
     /// Coarser grids, with the last picture's values.
     pub levels: LevelCache,

@@ -155,7 +155,6 @@ impl Level {
         Ok(Level { grid, values, number: field.number(), layers, deviations, cache: FrameCache::default() })
     }
 
-    /// The grid.
     pub fn grid(&self) -> &Grid<'_> {
         self.grid.coarse.grid()
     }
@@ -188,7 +187,6 @@ impl Level {
         built.keep(&self.cache);
     }
 
-    /// Bytes of memory.
     pub fn bytes(&self) -> usize {
         let LevelGrid { coarse, over } = &*self.grid;
         coarse.bytes() + over.bytes() + self.values.bytes() + self.deviations.bytes()
@@ -197,7 +195,6 @@ impl Level {
 
 /// The rays of a picture on a level.
 pub(super) trait LevelRays: Sync {
-    /// A tracer at a quality.
     fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_>;
 
     /// The error of a ray besides that of the tracer.

@@ -58,12 +58,10 @@ impl<'s> Survey<'s> {
         (!survey.sorted.is_empty()).then_some(survey)
     }
 
-    /// The sampled columns.
     pub fn columns(&self) -> std::ops::Range<usize> {
         0..self.sample.columns()
     }
 
-    /// The unit vector to a column.
     pub fn direction(&self, column: usize) -> DVec3 {
         self.sample.directions[column]
     }

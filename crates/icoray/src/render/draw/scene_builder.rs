@@ -156,7 +156,6 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
             && self.terrain.key.is_none()
     }
 
-    /// The scene for packets of rays.
     fn packets(&self, built: &KernelScene<'f>) -> Result<Option<(VectorLevel, PacketScene<'f>)>> {
         let FrameContext { plan, grid, .. } = *self.context;
         let Some(level) = self.vectors() else { return Ok(None) };
