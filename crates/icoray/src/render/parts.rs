@@ -104,7 +104,7 @@ impl Work<'_, '_> {
                 let start = Instant::now();
                 let places = sample_points(tiling, *tile);
                 let (mut fragments, mut counts) = (TileFragments::of_rays(places.len()), Counts::default());
-                let mut rays = primary_rays(self.context.scene, &places);
+                let mut rays = primary_rays(self.context.scene, &places, || false);
                 tracer.fragments(part.region(), &mut rays, &mut counts, &mut |ray, of_ray| fragments.add(ray, of_ray));
                 keep(*tile, &fragments, counts, start.elapsed().as_secs_f32());
             });
