@@ -10,7 +10,7 @@ use crate::raster::{Pixel, SamplePoint};
 use glam::DVec3;
 use icoray_kernel::FAINTEST;
 use icoray_kernel::signature::BoundarySignature;
-use icoray_scene::Scene;
+use icoray_scene::{Heights, Scene};
 use rayon::prelude::*;
 use std::f64::consts::SQRT_2;
 
@@ -43,15 +43,18 @@ pub(crate) struct Edges {
 }
 
 impl Edges {
-    /// Finds the pixels that the silhouette of a `core` of these radii may pass through or, if matter is dense up to
-    /// the top, that of the `shell`; and with `surfaces` those next to a pixel whose ray meets other surfaces. Finds
-    /// none if the scene requests one ray per pixel.
-    pub fn new(scene: &Scene, core: Option<[f64; 2]>, shell: Option<[f64; 2]>, surfaces: bool) -> Self {
+    /// Finds the pixels that the silhouette of the core, of the least `radius`, may pass through or, if matter is dense up
+    /// to the top, that of the shell; and in scenes with surfaces those next to a pixel whose ray meets other surfaces.
+    /// Finds none if the scene requests one ray per pixel. `lowest_facet` returns the least radius of the facets of a layer
+    /// that is a unit sphere.
+    pub fn new(scene: &Scene, radius: [f64; 2], lowest_facet: impl FnOnce() -> f64) -> Self {
         if !scene.antialias {
             return Edges::default();
         }
-        let core = core.map(|radius| Silhouette { radius, contrast: 0.0 });
-        let shell = shell.map(|radius| Silhouette { radius, contrast: JAG });
+        let (surfaces, lowest) = (scene.has_boundaries(), lowest_facet());
+        let silhouette = |radius: f64, contrast| Silhouette { radius: [radius * lowest, radius], contrast };
+        let core = (scene.core.is_some() && !surfaces).then(|| silhouette(radius[0], 0.0));
+        let shell = (scene.scenery.heights == Heights::Mean).then(|| silhouette(radius[1], JAG));
         Edges { silhouettes: core.into_iter().chain(shell).collect(), surfaces }
     }
 

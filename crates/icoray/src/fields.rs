@@ -8,8 +8,8 @@ use icoray_scene::{Heights, Scene, did_you_mean};
 /// A single field, `(&field).into()`, is the first one of any scene, by any name.
 #[derive(Debug, Clone, Default)]
 pub struct Fields<'f> {
+    /// With its name, which is empty for a single field of any name.
     named: Vec<(String, Field<'f>)>,
-    unnamed: Option<Field<'f>>,
     heights: Option<Field<'f>>,
 }
 
@@ -35,8 +35,7 @@ impl<'f> Fields<'f> {
     /// Repeats the values of 2D fields, which have one layer, on each of `layers`.
     #[must_use]
     pub fn on_layers(mut self, layers: &Layers) -> Self {
-        let named = self.named.iter_mut().map(|(_, field)| field);
-        named.chain(&mut self.unnamed).for_each(|field| *field = field.on_layers(layers.count()));
+        self.named.iter_mut().for_each(|(_, field)| *field = field.on_layers(layers.count()));
         self
     }
 
@@ -50,9 +49,8 @@ impl<'f> Fields<'f> {
     /// # Errors
     /// As [`Fields::get`].
     pub fn first(&self, name: &str) -> Result<&Field<'f>> {
-        let first = self.named.first().filter(|_| name.is_empty());
-        let first = self.unnamed.as_ref().or(first.map(|(_, field)| field));
-        first.map_or_else(|| self.get(name), Ok)
+        let first = self.named.first().filter(|(known, _)| name.is_empty() || known.is_empty());
+        first.map_or_else(|| self.get(name), |(_, field)| Ok(field))
     }
 
     /// The field called `name`.
@@ -64,10 +62,7 @@ impl<'f> Fields<'f> {
         found.map(|(_, field)| field).ok_or_else(|| {
             let known: Vec<&str> = self.named.iter().map(|(name, _)| name.as_str()).collect();
             let hint = did_you_mean(name, known.iter().copied());
-            let known = match &self.unnamed {
-                Some(_) => "only the first field".into(),
-                None => format!("{known:?}"),
-            };
+            let known = if known == [""] { "only the first field".into() } else { format!("{known:?}") };
             Error::new(ErrorKind::Scene, format!("the scene shows field {name:?}{hint}, and there is {known}"))
         })
     }
@@ -90,7 +85,7 @@ impl<'f> Fields<'f> {
                 return Err(Error::new(ErrorKind::Scene, message));
             }
         };
-        Ok(Fields { named, unnamed: None, heights })
+        Ok(Fields { named, heights })
     }
 
     /// Adds those of `others` whose names are not there yet, and their heights if there are none.
@@ -113,7 +108,7 @@ impl<'f> Fields<'f> {
 
 impl<'f> From<&Field<'f>> for Fields<'f> {
     fn from(field: &Field<'f>) -> Self {
-        Fields { unnamed: Some(*field), ..Fields::default() }
+        Fields::new([("", *field)])
     }
 }
 

@@ -24,7 +24,6 @@ mod picture;
 mod prepare;
 mod prepared_field;
 mod probe;
-mod progress;
 mod renderer;
 mod round;
 mod samples;

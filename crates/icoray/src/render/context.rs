@@ -59,13 +59,12 @@ impl FrameContext<'_> {
         self.heights.is_some() || !self.scene.has_single_volume()
     }
 
-    /// Least and greatest radius of the facets of a layer of `radius`, where edges are anti-aliased.
-    pub fn facets(&self, radius: f64) -> Option<[f64; 2]> {
-        let lowest = || match self.part {
+    /// Least radius of the facets of a layer that is a unit sphere.
+    pub fn lowest_facet(&self) -> f64 {
+        match self.part {
             Some(part) => part.region().lowest_facet(),
             None => self.renderer.run(|| self.grid.lowest_facet()),
-        };
-        self.scene.antialias.then(|| [radius * lowest(), radius])
+        }
     }
 
     /// The number of a field; `None` if the scene does not show it.

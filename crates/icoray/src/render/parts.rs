@@ -124,7 +124,7 @@ impl Work<'_, '_> {
     ) -> Vec<u32> {
         let grid = self.context.grid;
         let triangles: Vec<bool> = (0..grid.triangles() as u32).map(|triangle| grid.is_triangle(triangle)).collect();
-        let lowest_facet = self.context.renderer.run(|| grid.lowest_facet());
+        let lowest_facet = self.context.lowest_facet();
         let own = OwnedColumns { triangles: &triangles, lowest_facet, middle: [0.0; 3], reach: f64::INFINITY };
         let composer = self.composer(quality);
         let compose = |number: u32, fragments: &TileFragments, counts: Counts| {

@@ -1,7 +1,6 @@
 //! The renderer itself: its threads, its devices, and its cache between pictures.
 
 use super::frame_cache::FrameCache;
-use super::progress::Progress;
 use crate::derive::DerivedFieldCache;
 use crate::device::{Device, DeviceRequest, Devices, FallbackReason, unsupported};
 use crate::plan::Savings;
@@ -12,6 +11,7 @@ use icoray_grid::threads::Threads;
 use icoray_grid::vectors::packets;
 use icoray_scene::{Backend, Precision, Scene};
 use std::collections::HashMap;
+use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -59,21 +59,18 @@ impl Renderer {
     /// # Errors
     /// [`ErrorKind::Io`](icoray_grid::ErrorKind::Io) when the threads cannot be started.
     pub fn new(threads: usize) -> icoray_grid::Result<Self> {
-        let (devices, savings) = (None, Savings::ALL);
-        let (threads, cache) = (Threads::new(threads)?, FrameCache::default());
-        let (ranges, derived) = (Ranges::default(), DerivedFieldCache::default());
         Ok(Renderer {
-            threads,
-            devices,
-            savings,
+            threads: Threads::new(threads)?,
+            devices: None,
+            savings: Savings::ALL,
             integrates: true,
             has_levels: false,
             progress: None,
             stop: None,
             memory_limit: None,
-            frame_cache: cache,
-            ranges,
-            derived,
+            frame_cache: FrameCache::default(),
+            ranges: Ranges::default(),
+            derived: DerivedFieldCache::default(),
         })
     }
 
@@ -233,5 +230,15 @@ struct SingleDevice(pub Arc<dyn Device>);
 impl Devices for SingleDevice {
     fn open(&self, _: &DeviceRequest) -> OpenedDevice {
         Ok(Arc::clone(&self.0))
+    }
+}
+
+/// The caller's function of the numbers of finished and of all tiles.
+#[derive(Clone)]
+pub(super) struct Progress(pub Arc<dyn Fn(usize, usize) + Send + Sync>);
+
+impl fmt::Debug for Progress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Progress")
     }
 }

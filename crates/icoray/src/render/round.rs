@@ -3,7 +3,7 @@
 
 use super::context::FrameContext;
 use super::device::OnDevice;
-use super::progress::{Progress, reported};
+use super::renderer::Progress;
 use super::work::Work;
 use crate::edges;
 use crate::ranks::{Ranks, TileAssignment, TileShare};
@@ -14,6 +14,7 @@ use icoray_grid::Result;
 use icoray_kernel::Counts;
 use icoray_output::RanksReport;
 use icoray_scene::Quality;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// A picture's pixels, and the counts of its rays.
@@ -135,4 +136,19 @@ impl Rounds<'_, '_, '_> {
         let drawn = self.replaced(ranks, &found, drawn)?;
         Ok((found.numbers().len() as u64, drawn))
     }
+}
+
+/// Runs `draw` with `give`, and reports each of the `total` tiles that pass through it.
+fn reported(
+    progress: Option<&Progress>,
+    total: usize,
+    give: &(dyn Fn(Tile) + Sync),
+    draw: impl FnOnce(&(dyn Fn(Tile) + Sync)),
+) {
+    let Some(Progress(report)) = progress else { return draw(give) };
+    let finished = AtomicUsize::new(0);
+    draw(&|tile| {
+        give(tile);
+        report(finished.fetch_add(1, Ordering::Relaxed) + 1, total);
+    });
 }

@@ -159,15 +159,15 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
     fn packets(&self, built: &KernelScene<'f>) -> Result<Option<(VectorLevel, PacketScene<'f>)>> {
         let FrameContext { plan, grid, .. } = *self.context;
         let Some(level) = self.vectors() else { return Ok(None) };
-        let packets = PacketScene::new(built, &plan.radius, self.leaps());
-        if packets.is_some() && self.context.device.is_err() {
+        let Some(packets) = PacketScene::new(built, &plan.radius, self.leaps()) else { return Ok(None) };
+        if self.context.device.is_err() {
             grid.make_half_edges()?;
         }
-        let packets = packets.map(|packets| match self.context.deviations {
+        let packets = match self.context.deviations {
             Some(deviations) => packets.with_deviations(deviations),
             None => packets,
-        });
-        Ok(packets.map(|packets| (level, packets)))
+        };
+        Ok(Some((level, packets)))
     }
 
     fn number(&self, name: &str) -> usize {
