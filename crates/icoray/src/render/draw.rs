@@ -98,7 +98,7 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
         rendered.report_mut().bytes_derived += level.bytes();
         if let Some(built) = built.into_known() {
             rendered.report_mut().bytes_derived += built.bytes();
-            level.keep(built);
+            built.keep(&level.cache);
         }
     }
     if let Some(built) = built.into_known() {

@@ -7,7 +7,6 @@
 //! pictures.
 
 use super::context::FrameContext;
-use super::draw::BuiltScene;
 use super::frame_cache::{FrameCache, SourceKey};
 use super::prepared_field::PreparedField;
 use super::work::Work;
@@ -40,7 +39,8 @@ pub(super) struct Level {
     number: u64,
     layers: usize,
     deviations: Deviations,
-    cache: FrameCache,
+    /// What pictures on the level reuse.
+    pub cache: FrameCache,
 }
 
 /// What the values of levels depend on.
@@ -155,10 +155,6 @@ impl Level {
         Ok(Level { grid, values, number: field.number(), layers, deviations, cache: FrameCache::default() })
     }
 
-    pub fn grid(&self) -> &Grid<'_> {
-        self.grid.coarse.grid()
-    }
-
     /// The plan of a picture on the level, and the values of the field of this name there.
     pub fn inputs(&self, fine: &Plan, name: &str) -> Result<(Plan, PreparedField<'_>)> {
         let field = Field::level_fastest(self.values.as_reals(), self.layers, Location::Center)?;
@@ -173,18 +169,13 @@ impl Level {
     ) -> FrameContext<'f> {
         FrameContext {
             plan,
-            grid: self.grid(),
+            grid: self.grid.coarse.grid(),
             fields: std::slice::from_ref(field),
             deviations: Some(&self.deviations),
             cache: &self.cache,
             device: Err(None),
             ..*fine
         }
-    }
-
-    /// Stores what the next picture on the level may reuse.
-    pub fn keep(&self, built: BuiltScene) {
-        built.keep(&self.cache);
     }
 
     pub fn bytes(&self) -> usize {
