@@ -31,7 +31,11 @@ pub(crate) fn cells_per_pixel(scene: &Scene, grid: &Grid, part: Option<&Part>, r
                 if hint.replace(triangle).is_none() {
                     row_hint = triangle;
                 }
-                area_of_cell(grid, triangle)
+                if grid.is_void(triangle) {
+                    return f64::INFINITY;
+                }
+                let [a, b, c] = grid.triangle(triangle).map(|cell| grid.direction(cell));
+                (b - a).cross(c - a).length()
             });
             let cells = area / cell;
             (max, sum, count) = (max.max(cells), sum + cells, count + 1.0);
@@ -68,15 +72,6 @@ fn footprint(scene: &Scene, [x, y]: [u32; 2], [inner, outer]: [f64; 2]) -> Optio
     let arc = |at: f64| at.clamp(-1.0, 1.0).asin();
     let length = arc(passes_at + 0.5 * width) - arc(passes_at - 0.5 * width);
     Some(((eye + distance * dir) / radius, (width * length).min(TAU)))
-}
-
-/// The solid angle of a cell at a triangle; infinite where the mesh has a hole.
-fn area_of_cell(grid: &Grid, triangle: u32) -> f64 {
-    if grid.is_void(triangle) {
-        return f64::INFINITY;
-    }
-    let [a, b, c] = grid.triangle(triangle).map(|cell| grid.direction(cell));
-    (b - a).cross(c - a).length()
 }
 
 #[cfg(test)]

@@ -53,11 +53,14 @@ impl Composer<'_> {
         let (mut light, mut surfaces) = (Radiance::none(), BoundarySignature::default());
         let mut reached = line.start;
         for fragment in fragments.iter().map(Some).chain([None]) {
-            if let Some((t, core)) = self.core_between(&line, dir, [reached, fragment.map_or(line.end, |f| f.t[0])]) {
+            let gap = [reached, fragment.map_or(line.end, |fragment| fragment.t[0])];
+            let core = self.core.as_ref().and_then(|core| Some((core, first_inside_gap(&line, self.radius[0], gap)?)));
+            if let Some((core, t)) = core {
                 if Budget::sees_behind(light.alpha) {
                     surfaces.push(Boundary::Core, EyeDistance::new(eye, dir).distance(t));
                 }
-                light.over(&core);
+                let shading = self.shading.map(|shading| shading.along(dir));
+                light.over(&core.round_light(line.position(t), None, shading.as_ref()));
                 break;
             }
             let Some(fragment) = fragment else { break };
@@ -72,14 +75,6 @@ impl Composer<'_> {
             reached = reached.max(fragment.t[1]);
         }
         Some((light, surfaces))
-    }
-
-    /// The first intersection with the core within an interval of the ray that has no data.
-    fn core_between(&self, line: &RayLine, dir: DVec3, part: [f64; 2]) -> Option<(f64, Radiance<f64>)> {
-        let core = self.core.as_ref()?;
-        let t = first_inside_gap(line, self.radius[0], part)?;
-        let shading = self.shading.map(|shading| shading.along(dir));
-        Some((t, core.round_light(line.position(t), None, shading.as_ref())))
     }
 }
 

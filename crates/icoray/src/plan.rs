@@ -154,11 +154,7 @@ impl Plan {
         VisibleCells::new(grid, DVec3::from_array(scene.camera.eye()), sides, shell, scene.core.is_some())
     }
 
-    /// Whether rays walk side by side, where the machine can.
-    pub(crate) fn walks_in_packets(&self, scene: &Scene, grid: &Grid) -> bool {
-        Self::is_for_packets(scene) && self.beyond_gathers(scene, grid).is_none()
-    }
-
+    /// Whether rays walk side by side, where the machine and the grid permit it.
     fn is_for_packets(scene: &Scene) -> bool {
         scene.precision == Precision::F32 && scene.method == Method::Exact
     }

@@ -82,7 +82,8 @@ impl Plan {
         counts_cells: bool,
     ) -> FrameMemory {
         let (half_edges, are_made) = grid.half_edge_bytes();
-        let walks = savings.lanes && packets().is_some() && self.walks_in_packets(scene, grid);
+        let has_packets = savings.lanes && packets().is_some() && Self::is_for_packets(scene);
+        let walks = has_packets && self.beyond_gathers(scene, grid).is_none();
         let is_own = !is_part && scene.scenery.heights != Heights::Native;
         let is_packed = is_own && savings.packing && self.allows_single_gradients(scene);
         let is_partial = counts_cells && is_own && savings.gradients;

@@ -3,7 +3,7 @@
 
 use super::levels::LevelCache;
 use crate::plan::FrameMemory;
-use icoray_grid::gradient::{Gradients, PartialGradients};
+use icoray_grid::gradient::PartialGradients;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::{CenterField, Field, Grid};
 use std::sync::{Mutex, PoisonError, Weak};
@@ -156,12 +156,6 @@ impl FrameCache {
             gradients: all.gradients.saturating_sub(self.gradients.bytes(PartialGradients::bytes)),
             picture: all.picture,
         }
-    }
-
-    /// The gradients cached for `key`; of no cell if there are none.
-    pub fn known_gradients(&self, key: &GradientKey) -> PartialGradients {
-        let none = || PartialGradients::from(Gradients::none());
-        self.gradients.take(key).unwrap_or_else(|memory| memory.unwrap_or_else(none).of_none())
     }
 
     /// The range of the field; calls `find` if it is not cached.

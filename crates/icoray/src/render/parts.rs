@@ -141,7 +141,7 @@ impl Work<'_, '_> {
         on_device.fragments(quality, raster, tiles, (&own, &*self.painter(quality)), &compose)
     }
 
-    fn composer(&self, quality: &Quality) -> Composer<'_> {
+    pub(super) fn composer(&self, quality: &Quality) -> Composer<'_> {
         let FrameContext { scene, plan, .. } = *self.context;
         Composer {
             radius: self.radius,
@@ -151,22 +151,14 @@ impl Work<'_, '_> {
         }
     }
 
-    /// Composites the rays of this rank's tiles and passes each tile on when it is done.
-    pub(super) fn compose_tiles(
+    /// Composites the rays of a tile.
+    pub(super) fn tile(
         &self,
-        quality: &Quality,
+        composer: &Composer,
         tiling: &dyn Tiling,
-        fragments: &Fragments,
-        give: &(dyn Fn(Tile) + Sync),
-    ) {
-        let composer = self.composer(quality);
-        let tiles: Vec<_> = fragments.iter().collect();
-        tiles.into_par_iter().with_max_len(1).for_each(|(number, received)| {
-            give(self.tile(&composer, tiling, *number, &mut received.clone()));
-        });
-    }
-
-    fn tile(&self, composer: &Composer, tiling: &dyn Tiling, number: u32, received: &mut [ReceivedTile]) -> Tile {
+        number: u32,
+        received: &mut [ReceivedTile],
+    ) -> Tile {
         let start = Instant::now();
         let mut counts = Counts::default();
         let mut rays: Vec<Pixel> = Vec::with_capacity(tiling.pixels_of(number) * tiling.rays_per_pixel());

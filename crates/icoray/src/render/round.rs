@@ -14,6 +14,7 @@ use icoray_grid::Result;
 use icoray_kernel::Counts;
 use icoray_output::RanksReport;
 use icoray_scene::Quality;
+use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -52,7 +53,13 @@ impl Rounds<'_, '_, '_> {
         let fragments = exchanged.as_ref().map(|e| ranks.collective(e.tiles(tiling, &mine))).transpose()?;
         let trace = |give: &(dyn Fn(Tile) + Sync)| {
             reported(progress, mine.len(), give, |give| match &fragments {
-                Some(fragments) => work.compose_tiles(&assignment.quality, tiling, fragments, give),
+                Some(fragments) => {
+                    let composer = work.composer(&assignment.quality);
+                    let tiles: Vec<_> = fragments.iter().collect();
+                    tiles.into_par_iter().with_max_len(1).for_each(|(number, received)| {
+                        give(work.tile(&composer, tiling, *number, &mut received.clone()));
+                    });
+                }
                 None => work.trace(&assignment.quality, tiling, &mine, on_device, give),
             });
         };

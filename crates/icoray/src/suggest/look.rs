@@ -102,7 +102,8 @@ impl Look {
             return Look { is_of_anomaly: true, ..Look::new(&anomaly, exaggeration, options) };
         }
         let map = options.color_map.clone().unwrap_or_else(|| kind.map().to_owned());
-        let is_log = kind.takes_decades() && !options.is_length && has_decades(survey);
+        let takes_decades = matches!(kind, Kind::Upper | Kind::Surface { is_signed: false });
+        let is_log = takes_decades && !options.is_length && has_decades(survey);
         let scale = if is_log { Scale::Log } else { Scale::Linear };
         let mut look = Look {
             kind,
@@ -296,11 +297,6 @@ impl Kind {
             Kind::Stratified => "plasma_bright",
             _ => "viridis_bright",
         }
-    }
-
-    /// Whether values may be on a logarithmic scale.
-    fn takes_decades(self) -> bool {
-        matches!(self, Kind::Upper | Kind::Surface { is_signed: false })
     }
 
     /// A description for the text's comment.

@@ -405,7 +405,9 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
                 let GradientKey { packed, single, .. } = *key;
                 let visible = (!key.occupancy.is_empty()).then_some(visible);
                 let seen = (part.is_none() && self.savings.gradients).then(|| plan.visible_cells(scene, grid));
-                let known = self.context.cache.known_gradients(key);
+                let none = || PartialGradients::from(Gradients::none());
+                let known = self.context.cache.gradients.take(key);
+                let known = known.unwrap_or_else(|memory| memory.unwrap_or_else(none).of_none());
                 let wanted = GradientOptions { visible, packed, single };
                 known.with_cells(grid, &plan.radius, &samples, wanted, seen.as_ref())
             }
