@@ -175,7 +175,8 @@ fn bin_of(rank: u64, counts: &[u64]) -> (usize, u64) {
     (counts.len() - 1, before)
 }
 
-fn added(mut a: Vec<u64>, b: Vec<u64>) -> Vec<u64> {
+/// The sums of counts, bin by bin.
+pub(crate) fn added(mut a: Vec<u64>, b: Vec<u64>) -> Vec<u64> {
     a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
     a
 }

@@ -5,7 +5,7 @@ use super::context::FrameContext;
 use super::device::OnDevice;
 use super::prepare::FieldSummary;
 use super::round::Rounds;
-use super::work::{Work, certainty, notes};
+use super::work::{Work, certainty};
 use crate::cells_per_pixel::cells_per_pixel;
 use crate::ranks::{FrameSummary, Ranks};
 use crate::raster::Raster;
@@ -95,6 +95,12 @@ pub(super) fn draw(
     let Some((pixels, error, sampling_error)) = picture else {
         return Ok(Rendered::AtRoot(report));
     };
+    let [low, high] = scene.volumes[0].transfer.range();
+    let notes = vec![
+        ("transfer range", format!("{low} to {high}")),
+        ("camera", scene.camera.describe()),
+        ("exaggeration", scene.exaggeration.to_string()),
+    ];
     Ok(Rendered::Here(Frame {
         width: scene.width,
         height: scene.height,
@@ -104,7 +110,7 @@ pub(super) fn draw(
         field: scene.field().to_owned(),
         descriptions: BTreeMap::new(),
         legend: Legend::of(scene, &plan.radius),
-        notes: notes(scene),
+        notes,
         stamp: Stamp::default(),
         report,
     }))

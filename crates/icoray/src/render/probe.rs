@@ -248,7 +248,7 @@ impl<'p> ProbedRay<'p, '_> {
     /// The stretches of the ray through frusta, with the values of a field.
     fn along(&self, field: usize, weights: &[f64]) -> Vec<ProbePoint> {
         let shows = |part: ScenePart| self.field_of(part) == Some(field);
-        let stretches = self.parts.iter().zip(weights).filter(|(part, _)| part.is_stretch());
+        let stretches = self.parts.iter().zip(weights).filter(|(part, _)| part.t[0] < part.t[1]);
         stretches
             .map(|(part, weight)| ProbePoint {
                 distance: middle(part),

@@ -1,7 +1,7 @@
 //! Statistics of a field's values over all ranks.
 
 use super::renderer::Renderer;
-use crate::ranges::union;
+use crate::ranges::{added, union};
 use crate::ranks::{Decomposition, Ranks};
 use icoray_grid::{Field, Result};
 use icoray_scene::{Statistic, Summary};
@@ -59,11 +59,7 @@ impl Renderer {
         let none = vec![0; bins];
         let Some(ends) = range else { return Ok(Histogram { range, counts: none, missing }) };
         let counts = |is_own: Option<IsOwn>| field.histogram_over(ends, bins, is_own);
-        let counts =
-            self.reduce_columns(ranks, field, decomposition, none, counts, |mut counts: Vec<u64>, others| {
-                counts.iter_mut().zip(others).for_each(|(count, other)| *count += other);
-                counts
-            })?;
+        let counts = self.reduce_columns(ranks, field, decomposition, none, counts, added)?;
         Ok(Histogram { range, counts, missing })
     }
 

@@ -169,16 +169,6 @@ pub(super) fn certainty(scene: &Scene, quality: &Quality) -> Certainty {
     if is_bound { Certainty::Bound } else { Certainty::Estimate }
 }
 
-/// The text entries of a picture's file that describe its scene.
-pub(super) fn notes(scene: &Scene) -> Vec<(&'static str, String)> {
-    let [low, high] = scene.volumes[0].transfer.range();
-    vec![
-        ("transfer range", format!("{low} to {high}")),
-        ("camera", scene.camera.describe()),
-        ("exaggeration", scene.exaggeration.to_string()),
-    ]
-}
-
 /// Error bound of rounded positions for a ray that grazes an edge of the mesh; in single precision, in which a piece is
 /// a part of its frustum, half a last digit is added.
 const GEOMETRY: f64 = 1e-9;

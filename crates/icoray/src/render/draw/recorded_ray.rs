@@ -68,11 +68,6 @@ impl RayPart {
     pub fn value(&self, field: usize) -> Option<f64> {
         Some(self.values[field]).filter(|value| value.is_finite())
     }
-
-    /// Whether it is a stretch of a frustum.
-    pub fn is_stretch(&self) -> bool {
-        self.t[0] < self.t[1]
-    }
 }
 
 /// A scene in which rays are recorded: unlit, in double precision, with all layers.
