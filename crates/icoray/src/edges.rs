@@ -43,10 +43,10 @@ pub(crate) struct Edges {
 }
 
 impl Edges {
-    /// Finds the pixels that the silhouette of the core, of the least `radius`, may pass through or, if matter is dense up
-    /// to the top, that of the shell; and in scenes with surfaces those next to a pixel whose ray meets other surfaces.
-    /// Finds none if the scene requests one ray per pixel. `lowest_facet` returns the least radius of the facets of a layer
-    /// that is a unit sphere.
+    /// Finds the pixels that the silhouette of the core, of the least `radius`, may pass through or, if matter is dense
+    /// up to the top, that of the shell; and in scenes with surfaces those next to a pixel whose ray meets other
+    /// surfaces. Finds none if the scene requests one ray per pixel. `lowest_facet` returns the least radius of the
+    /// facets of a layer that is a unit sphere.
     pub fn new(scene: &Scene, radius: [f64; 2], lowest_facet: impl FnOnce() -> f64) -> Self {
         if !scene.antialias {
             return Edges::default();
@@ -132,7 +132,8 @@ pub(crate) fn may_show_limb(scene: &Scene, pixel: f64, [low, high]: [f64; 2], [x
     let eye = DVec3::from_array(scene.camera.eye());
     let middle = SamplePoint::middle(x, y, false);
     let dir = DVec3::from_array(scene.camera.direction_at(middle.at, scene.width, scene.height));
-    // Turning a ray by an angle changes its distance from the centre by at most the angle times the distance of the eye.
+    // Turning a ray by an angle changes its distance from the centre by at most the angle times the distance of the
+    // eye.
     let reach = 0.5 * SQRT_2 * f64::from(pixels) * pixel * eye.length();
     let along = -eye.dot(dir);
     let passes_at = (eye + along * dir).length();

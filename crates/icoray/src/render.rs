@@ -122,8 +122,8 @@ impl Renderer {
         Ok(self.run(|| self.device_for(scene, node_rank)))
     }
 
-    /// Prepares a frame's plan, fields and heights, with the derived ones, and keeps what the next frame may reuse after
-    /// `draw`. Collective.
+    /// Prepares a frame's plan, fields and heights, with the derived ones, and keeps what the next frame may reuse
+    /// after `draw`. Collective.
     fn in_context<R>(
         &self,
         start: Instant,

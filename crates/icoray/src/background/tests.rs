@@ -50,10 +50,10 @@ impl Fixture {
     }
 
     /// The same, with another function that draws.
-    fn drawing(
-        &self,
-        draw: impl FnMut(&mut Ranks, FrameSetup, &Copies, Accepted) -> Result<(FrameReport, Option<Stamp>)> + Send + 'static,
-    ) -> Background {
+    fn drawing<D>(&self, draw: D) -> Background
+    where
+        D: FnMut(&mut Ranks, FrameSetup, &Copies, Accepted) -> Result<(FrameReport, Option<Stamp>)> + Send + 'static,
+    {
         Background::with(self.renderer.clone(), self.writer.clone(), Ranks::alone(), None, draw).unwrap()
     }
 

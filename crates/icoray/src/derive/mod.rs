@@ -32,8 +32,8 @@ pub(crate) struct DerivedFieldCache {
     memory: Mutex<Vec<OwnedReals>>,
 }
 
-/// A field as it was in the first frame that requested it. Identified by the definition of the field, down to the model's
-/// names, and by its shape: each shape has a first frame of its own.
+/// A field as it was in the first frame that requested it. Identified by the definition of the field, down to the
+/// model's names, and by its shape: each shape has a first frame of its own.
 #[derive(Debug)]
 struct FirstFrame {
     origin: String,

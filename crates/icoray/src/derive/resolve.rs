@@ -2,8 +2,8 @@
 
 use icoray_scene::{Derivation, How, Scene};
 
-/// The derivations that a scene needs, each behind its inputs, with its origin: its inputs, resolved down to the model's
-/// fields, which identify the derivation across scenes.
+/// The derivations that a scene needs, each behind its inputs, with its origin: its inputs, resolved down to the
+/// model's fields, which identify the derivation across scenes.
 pub(super) fn needed_derivations(scene: &Scene) -> Vec<(&Derivation, String)> {
     let all = &scene.scenery.derived;
     numbers_of_needed(scene).into_iter().map(|at| (&all[at], origin(all, at))).collect()

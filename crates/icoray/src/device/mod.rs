@@ -92,8 +92,8 @@ pub trait Device: fmt::Debug + Send + Sync {
     /// A [`FallbackReason`] why tiles are missing, which the report contains.
     fn trace(&self, job: &Job, give: &(dyn Fn(Band) + Sync)) -> Result<DeviceCost, FallbackReason>;
 
-    /// As [`Self::trace`], through own cells: passes on fragments of rays, which are composited elsewhere. They are a rank's
-    /// part, or all cells if [`Job::is_painted`].
+    /// As [`Self::trace`], through own cells: passes on fragments of rays, which are composited elsewhere. They are a
+    /// rank's part, or all cells if [`Job::is_painted`].
     ///
     /// # Errors
     /// As [`Self::trace`].

@@ -44,7 +44,8 @@ pub struct NativeLayers {
     pub core_radius: [f64; 2],
     /// Radius of the visible space.
     pub outer: f64,
-    /// For lit scenes, normals of the core (layer 0) and of layers with surfaces: the layer, and a unit vector per cell.
+    /// For lit scenes, normals of the core (layer 0) and of layers with surfaces: the layer, and a unit vector per
+    /// cell.
     pub normals: Vec<(usize, Vec<[f32; 3]>)>,
 }
 

@@ -48,8 +48,8 @@ impl FrameContext<'_> {
         self.cache.range(&field.source(self.grid), || field.field().range())
     }
 
-    /// Whether the kernel's scene, with its gradients, is built in any case: for a single volume of a whole grid between
-    /// concentric layers a device needs none.
+    /// Whether the kernel's scene, with its gradients, is built in any case: for a single volume of a whole grid
+    /// between concentric layers a device needs none.
     pub fn needs_scene(&self) -> bool {
         self.device.is_err() || self.part.is_some() || self.has_scenery()
     }

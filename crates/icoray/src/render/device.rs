@@ -187,7 +187,8 @@ fn fragments_of_band(job: &Job, band: &Fragments, painter: &Painter) -> Vec<(Til
     rays.into_par_iter().zip(found).zip(numbers).map(tile).collect()
 }
 
-/// The fragments of a ray with the light at painted places in them: a fragment that ends at one is joined with the next.
+/// The fragments of a ray with the light at painted places in them: a fragment that ends at one is joined with the
+/// next.
 fn joined(found: &[TracedFragment], brightest: f64, light: impl Fn(&PaintedPlace) -> Radiance<f64>) -> Vec<Fragment> {
     let mut joined = Vec::with_capacity(found.len());
     let mut front: Option<(f64, Radiance<f64>, BoundarySignature)> = None;

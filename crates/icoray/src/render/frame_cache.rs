@@ -199,7 +199,8 @@ mod tests {
         assert_eq!(finds(&cache.with_reuse(false), &grids[1], &other), 1);
     }
 
-    /// A close-up computes a few cells' gradients; the next view adds those that it needs besides, and the same view none.
+    /// A close-up computes a few cells' gradients; the next view adds those that it needs besides, and the same view
+    /// none.
     #[test]
     fn each_view_adds_the_gradients_that_it_needs() {
         let mesh = IcosahedralMesh::new(5).unwrap();

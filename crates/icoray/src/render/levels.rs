@@ -20,7 +20,8 @@ use icoray_scene::{Lights, Method, Precision, Quality};
 use rayon::prelude::*;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-/// Minimum number of cells of a level, and of a grid that has levels, which leave out the one of a quarter of the cells.
+/// Minimum number of cells of a level, and of a grid that has levels, which leave out the one of a quarter of the
+/// cells.
 const MIN_CELLS: usize = 8_000;
 
 /// Level of a grid: a coarser grid.

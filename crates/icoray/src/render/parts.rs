@@ -112,8 +112,8 @@ impl Work<'_, '_> {
         traced.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Traces tiles of a whole grid on the device as fragments, with lines and grounds in them, and composites their rays.
-    /// Returns the tiles that are left to the CPU.
+    /// Traces tiles of a whole grid on the device as fragments, with lines and grounds in them, and composites their
+    /// rays. Returns the tiles that are left to the CPU.
     pub(super) fn trace_painted(
         &self,
         quality: &Quality,

@@ -62,8 +62,8 @@ impl FieldSummary {
     }
 }
 
-/// Computes gradients over a 64th of the cells, whose time is measured. If there is no memory for them, the frame itself
-/// reports that.
+/// Computes gradients over a 64th of the cells, whose time is measured. If there is no memory for them, the frame
+/// itself reports that.
 fn some_gradients<S: PreparedSample>(context: &FrameContext, data: &[S]) {
     let FrameContext { scene, plan, grid, .. } = *context;
     let samples = &Samples::new(data, &context.fields[0].field(), plan.falling, [0.0, 1.0]);

@@ -143,8 +143,8 @@ impl Renderer {
         self.prepare(ranks, given, "heights", check, facts).map(Some)
     }
 
-    /// The field that `check` returns, averaged to cell centres if it is at corners; its `facts` are equal on all ranks.
-    /// Collective.
+    /// The field that `check` returns, averaged to cell centres if it is at corners; its `facts` are equal on all
+    /// ranks. Collective.
     fn prepare<'f>(
         &self,
         ranks: &mut Ranks,

@@ -1,8 +1,8 @@
 //! Probes: the contents of a pixel, and the values along its ray.
 //!
 //! The ray is traced as those of pictures in double precision, unlit and with nothing left out, and each part of a
-//! frustum, surface and core that it passes is recorded (`icoray_kernel::passages`). Where ranks have parts of the grid,
-//! each records the ray in its own columns.
+//! frustum, surface and core that it passes is recorded (`icoray_kernel::passages`). Where ranks have parts of the
+//! grid, each records the ray in its own columns.
 
 use super::RenderInputs;
 use super::context::FrameContext;
@@ -201,8 +201,8 @@ impl<'p> ProbedRay<'p, '_> {
         absorbed.collect()
     }
 
-    /// The parts of the scene that absorb light, each with the part of the ray that it shows: a volume is shown where half
-    /// of its weight is reached, another part where it absorbs most.
+    /// The parts of the scene that absorb light, each with the part of the ray that it shows: a volume is shown where
+    /// half of its weight is reached, another part where it absorbs most.
     fn absorbed(&self, weights: &[f64]) -> Vec<(Contribution, &'p RayPart)> {
         let mut all: Vec<(ScenePart, Vec<(f64, &RayPart)>)> = Vec::new();
         for (part, weight) in self.parts.iter().zip(weights) {

@@ -89,9 +89,9 @@ impl Renderer {
     }
 
     /// Traces pictures on coarser grids, made of some of the cells, where the error that this adds is within the
-    /// tolerance, or where a time budget leaves no time for the grid itself. For fields that are drawn many times, as by
-    /// a page: the second picture of a field's values without a time budget makes the grids, once per grid, in as much
-    /// time as several pictures, and finds the largest differences of values, in less time than a picture.
+    /// tolerance, or where a time budget leaves no time for the grid itself. For fields that are drawn many times, as
+    /// by a page: the second picture of a field's values without a time budget makes the grids, once per grid, in as
+    /// much time as several pictures, and finds the largest differences of values, in less time than a picture.
     ///
     /// Applies to a single volume between concentric layers in f32, of grids of more than 64,000 cells, on the CPU, in
     /// one process, without a memory limit. [`Quality::level`](icoray_scene::Quality::level) says which grid was used.

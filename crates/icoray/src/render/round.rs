@@ -21,7 +21,8 @@ use std::time::Instant;
 /// A picture's pixels, and the counts of its rays.
 pub(super) type Drawn = (Vec<Pixel>, Counts);
 
-/// The rounds of a picture. Results of its methods are at rank 0, and `None` elsewhere; errors are the same on all ranks.
+/// The rounds of a picture. Results of its methods are at rank 0, and `None` elsewhere; errors are the same on all
+/// ranks.
 pub(super) struct Rounds<'p, 'f, 'd> {
     pub work: &'p Work<'p, 'f>,
     pub on_device: &'p mut OnDevice<'d>,
@@ -95,8 +96,8 @@ impl Rounds<'_, '_, '_> {
         made
     }
 
-    /// Traces pixels of a level whose errors exceed the tolerance again, on the model's grid, if there is no time budget.
-    /// Collective.
+    /// Traces pixels of a level whose errors exceed the tolerance again, on the model's grid, if there is no time
+    /// budget. Collective.
     pub fn refined(&mut self, ranks: &mut Ranks, drawn: Option<Drawn>) -> Result<Option<Drawn>> {
         if self.quality.level == 0 || self.work.context.scene.time_budget_ms.is_some() {
             return Ok(drawn);

@@ -21,8 +21,8 @@ pub struct Histogram {
 
 impl Renderer {
     /// The statistics `asked` of a field, bitwise equal on all ranks, and so are decisions based on them. With the
-    /// decomposition `decomposition` they cover the values of all ranks, each once; if every rank has the whole field they are
-    /// rank 0's. Collective.
+    /// decomposition `decomposition` they cover the values of all ranks, each once; if every rank has the whole field
+    /// they are rank 0's. Collective.
     ///
     /// # Errors
     /// Equal on all ranks: [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) if a field does not have the columns of

@@ -9,9 +9,9 @@ use icoray_grid::{Field, Grid, Result};
 
 impl Renderer {
     /// The text of [`suggest::scene`](super::scene) for a field over a distributed grid; `None` if all values are
-    /// missing. Collective; the text is equal on all ranks, and for any number of them to that of the whole field. Ranks
-    /// with columns or parts gather the field as for a frame; if nodes have parts, rank 0 receives the sampled values, at
-    /// most 8 MiB.
+    /// missing. Collective; the text is equal on all ranks, and for any number of them to that of the whole field.
+    /// Ranks with columns or parts gather the field as for a frame; if nodes have parts, rank 0 receives the sampled
+    /// values, at most 8 MiB.
     ///
     /// # Errors
     /// Equal on all ranks: as [`suggest::scene`](super::scene), and as [`Self::render_decomposed`].
