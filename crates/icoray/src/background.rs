@@ -169,18 +169,14 @@ impl Background {
         let copies = &self.copies;
         retain(&mut frames, ranks, refused, |frame| copies.check_gathered(&frame.setup));
         refused.sort_by_key(|(number, _)| *number);
-        self.hand_over(ranks, frames.into_iter().map(|(_, frame)| frame.setup).collect(), accepted)
-    }
-
-    /// Passes a step to the thread, if the thread runs on all ranks.
-    fn hand_over(&mut self, ranks: &mut Ranks, frames: Vec<FrameSetup>, accepted: Accepted) -> Result<Accepted> {
         let gone = || Error::new(ErrorKind::Internal, "the drawing thread is gone");
         let is_there = self.thread.as_ref().is_some_and(|thread| !thread.is_finished());
         ranks.collective(if is_there { Ok(()) } else { Err(gone()) })?;
         if frames.is_empty() {
             return Ok(accepted);
         }
-        let step = (frames, mem::take(&mut self.copies), accepted);
+        let setups = frames.into_iter().map(|(_, frame)| frame.setup).collect();
+        let step = (setups, mem::take(&mut self.copies), accepted);
         self.is_busy = self.steps.as_ref().is_some_and(|steps| steps.send(step).is_ok());
         self.is_under_way = self.is_busy;
         if self.is_busy { Ok(accepted) } else { Err(gone()) }
@@ -202,7 +198,7 @@ impl Background {
     /// The outcomes of frames rendered since the last call.
     pub fn take_outcomes(&mut self) -> Outcomes<Drawn> {
         if self.is_busy {
-            self.look();
+            self.take_in(self.drawn.try_recv());
         }
         mem::take(&mut self.outcomes)
     }
@@ -216,34 +212,28 @@ impl Background {
         }
         if let Some(mut pump) = self.pump.take() {
             pump.finish(|| {
-                self.look();
+                self.take_in(self.drawn.try_recv());
                 !self.is_busy
             });
             self.pump = Some(pump);
-            return;
-        }
-        match self.drawn.recv() {
-            Ok((drawn, copies)) => self.finish_step(drawn, copies),
-            // The thread has ended; the next submission reports that.
-            Err(_) => self.is_busy = false,
+        } else {
+            self.take_in(self.drawn.recv().map_err(TryRecvError::from));
         }
     }
 
-    /// Takes in a finished step.
-    fn look(&mut self) {
-        match self.drawn.try_recv() {
-            Ok((drawn, copies)) => self.finish_step(drawn, copies),
+    fn take_in(&mut self, step: std::result::Result<(Vec<Drawn>, Copies), TryRecvError>) {
+        match step {
+            Ok((drawn, copies)) => {
+                drawn.into_iter().for_each(|drawn| self.outcomes.push(drawn));
+                self.copies = copies;
+                self.is_busy = false;
+                // Messages of this rank may still be in flight.
+                self.is_under_way &= self.pump.is_some();
+            }
+            // The thread has ended; the next submission reports that.
             Err(TryRecvError::Disconnected) => self.is_busy = false,
             Err(TryRecvError::Empty) => {}
         }
-    }
-
-    fn finish_step(&mut self, drawn: Vec<Drawn>, copies: Copies) {
-        drawn.into_iter().for_each(|drawn| self.outcomes.push(drawn));
-        self.copies = copies;
-        self.is_busy = false;
-        // Messages of this rank may still be in flight.
-        self.is_under_way &= self.pump.is_some();
     }
 }
 
@@ -309,30 +299,19 @@ fn draw(
     copies: &Copies,
     accepted: Accepted,
 ) -> Result<(FrameReport, Option<Stamp>)> {
-    let rendered = render(renderer, ranks, &setup, copies)?;
-    let cost = |mut report: FrameReport| {
-        report.timing.waited_s = accepted.waited_s;
-        report.timing.copy_s = accepted.copy_s;
-        report.bytes_copied = accepted.bytes_copied;
-        report
-    };
-    let mut frame = match rendered {
-        Rendered::Here(frame) => frame,
-        Rendered::AtRoot(report) => return Ok((cost(report), None)),
-    };
+    let FrameSetup { scene, grid, layers, .. } = &setup;
+    let mut rendered = match copies.gathered(&setup) {
+        Some(gathered) => renderer.render_gathered(Instant::now(), ranks, scene, grid, layers, gathered),
+        None => renderer.render_over(ranks, scene, grid, layers, copies.fields()),
+    }?;
+    let report = rendered.report_mut();
+    (report.timing.waited_s, report.timing.copy_s) = (accepted.waited_s, accepted.copy_s);
+    report.bytes_copied = accepted.bytes_copied;
+    let report = report.clone();
+    let Rendered::Here(mut frame) = rendered else { return Ok((report, None)) };
     setup.describe(&mut frame);
-    frame.report = cost(frame.report);
-    let report = frame.report.clone();
     let submitted = writer.submit_unseen(frame, setup.scene.output.clone(), setup.stamp);
     Ok((report, submitted.dropped))
-}
-
-fn render(renderer: &Renderer, ranks: &mut Ranks, setup: &FrameSetup, copies: &Copies) -> Result<Rendered> {
-    let FrameSetup { scene, grid, layers, .. } = setup;
-    match copies.gathered(setup) {
-        Some(gathered) => renderer.render_gathered(Instant::now(), ranks, scene, grid, layers, gathered),
-        None => renderer.render_over(ranks, scene, grid, layers, copies.fields()?),
-    }
 }
 
 #[cfg(test)]

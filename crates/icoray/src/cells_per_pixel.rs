@@ -31,7 +31,11 @@ pub(crate) fn cells_per_pixel(scene: &Scene, grid: &Grid, part: Option<&Part>, r
                 if hint.replace(triangle).is_none() {
                     row_hint = triangle;
                 }
-                area_of_cell(grid, triangle)
+                if grid.is_void(triangle) {
+                    return f64::INFINITY;
+                }
+                let [a, b, c] = grid.triangle(triangle).map(|cell| grid.direction(cell));
+                (b - a).cross(c - a).length()
             });
             let cells = area / cell;
             (max, sum, count) = (max.max(cells), sum + cells, count + 1.0);
@@ -70,31 +74,15 @@ fn footprint(scene: &Scene, [x, y]: [u32; 2], [inner, outer]: [f64; 2]) -> Optio
     Some(((eye + distance * dir) / radius, (width * length).min(TAU)))
 }
 
-/// The solid angle of a cell at a triangle; infinite where the mesh has a hole.
-fn area_of_cell(grid: &Grid, triangle: u32) -> f64 {
-    if grid.is_void(triangle) {
-        return f64::INFINITY;
-    }
-    let [a, b, c] = grid.triangle(triangle).map(|cell| grid.direction(cell));
-    (b - a).cross(c - a).length()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use icoray_grid::IcosahedralMesh;
 
-    fn scene(side: u32, camera: &str) -> Scene {
-        let text = format!(
-            "field = \"f\"\n[image]\nwidth = {side}\nheight = {side}\n[camera]\n{camera}\n\
-             [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.5]]\n"
-        );
-        Scene::parse(&text).unwrap()
-    }
-
     fn of(level: u32, side: u32, camera: &str) -> CellsPerPixel {
         let mesh = IcosahedralMesh::new(level).unwrap();
-        cells_per_pixel(&scene(side, camera), &Grid::new(mesh.tables()).unwrap(), None, [1.0, 1.1])
+        let text = format!("field = 'f'\nimage = {{ width = {side}, height = {side} }}\n[camera]\n{camera}");
+        cells_per_pixel(&Scene::parse(&text).unwrap(), &Grid::new(mesh.tables()).unwrap(), None, [1.0, 1.1])
     }
 
     #[test]

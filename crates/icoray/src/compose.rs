@@ -51,43 +51,30 @@ impl Composer<'_> {
         counts.fragments += fragments.len() as u64;
         fragments.sort_by(|a, b| a.t[0].total_cmp(&b.t[0]));
         let (mut light, mut surfaces) = (Radiance::none(), BoundarySignature::default());
-        let meet_core = |surfaces: &mut BoundarySignature, absorbed: f64, t: f64| {
-            if Budget::sees_behind(absorbed) {
-                surfaces.push(Boundary::Core, EyeDistance::new(eye, dir).distance(t));
-            }
-        };
         let mut reached = line.start;
-        for fragment in fragments {
-            if let Some((t, core)) = self.core_between(&line, dir, [reached, fragment.t[0]]) {
-                meet_core(&mut surfaces, light.alpha, t);
-                light.over(&core);
-                return Some((light, surfaces));
+        for fragment in fragments.iter().map(Some).chain([None]) {
+            let gap = [reached, fragment.map_or(line.end, |fragment| fragment.t[0])];
+            let core = self.core.as_ref().and_then(|core| Some((core, first_inside_gap(&line, self.radius[0], gap)?)));
+            if let Some((core, t)) = core {
+                if Budget::sees_behind(light.alpha) {
+                    surfaces.push(Boundary::Core, EyeDistance::new(eye, dir).distance(t));
+                }
+                let shading = self.shading.map(|shading| shading.along(dir));
+                light.over(&core.round_light(line.position(t), None, shading.as_ref()));
+                break;
             }
+            let Some(fragment) = fragment else { break };
             if Budget::sees_behind(light.alpha) {
                 surfaces.then(&fragment.surfaces);
             }
             light.over(&fragment.light());
-            if fragment.t[1] == f64::INFINITY {
-                return Some((light, surfaces));
-            }
-            if light.ends(self.budget.min_transmittance, self.budget.brightest) {
-                return Some((light, surfaces));
+            let Budget { min_transmittance, brightest, .. } = self.budget;
+            if fragment.t[1] == f64::INFINITY || light.ends(min_transmittance, brightest) {
+                break;
             }
             reached = reached.max(fragment.t[1]);
         }
-        if let Some((t, core)) = self.core_between(&line, dir, [reached, line.end]) {
-            meet_core(&mut surfaces, light.alpha, t);
-            light.over(&core);
-        }
         Some((light, surfaces))
-    }
-
-    /// The first intersection with the core within an interval of the ray that has no data.
-    fn core_between(&self, line: &RayLine, dir: DVec3, part: [f64; 2]) -> Option<(f64, Radiance<f64>)> {
-        let core = self.core.as_ref()?;
-        let t = first_inside_gap(line, self.radius[0], part)?;
-        let shading = self.shading.map(|shading| shading.along(dir));
-        Some((t, core.round_light(line.position(t), None, shading.as_ref())))
     }
 }
 
@@ -120,7 +107,6 @@ impl TileFragments {
         self.all.extend_from_slice(fragments);
     }
 
-    /// Whether no ray has a fragment.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
     }
@@ -251,12 +237,9 @@ mod tests {
 
     #[test]
     fn a_gap_shows_land_and_sea() {
-        let mut scene = icoray_scene::Scene::parse(
-            "field = \"q\"\n[image]\nwidth = 9\nheight = 9\n[camera]\nlon = 20\nlat = 10\ndistance = 3\n\
-             [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.0], [1, 0.0]]\n",
-        )
-        .unwrap();
-        (scene.scenery.ground.land, scene.scenery.ground.ocean) = (Some([0.0, 1.0, 0.0]), Some([0.0, 0.0, 1.0]));
+        let text =
+            "field = 'q'\ncamera = { lon = 20, lat = 10, distance = 3 }\nground = { land = 'lime', ocean = 'blue' }";
+        let scene = icoray_scene::Scene::parse(text).unwrap();
         let ground = Ground::new(&scene).unwrap();
         let composer = Composer { core: Core::new(scene.core, Some(&ground)), ..COMPOSER };
         let eye = DVec3::from_array(scene.camera.eye());

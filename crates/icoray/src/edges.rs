@@ -10,7 +10,7 @@ use crate::raster::{Pixel, SamplePoint};
 use glam::DVec3;
 use icoray_kernel::FAINTEST;
 use icoray_kernel::signature::BoundarySignature;
-use icoray_scene::Scene;
+use icoray_scene::{Heights, Scene};
 use rayon::prelude::*;
 use std::f64::consts::SQRT_2;
 
@@ -43,19 +43,21 @@ pub(crate) struct Edges {
 }
 
 impl Edges {
-    /// Finds the pixels that the silhouette of a `core` of these radii may pass through or, if matter is dense up to
-    /// the top, that of the `shell`; and with `surfaces` those next to a pixel whose ray meets other surfaces. Finds
-    /// none if the scene requests one ray per pixel.
-    pub fn new(scene: &Scene, core: Option<[f64; 2]>, shell: Option<[f64; 2]>, surfaces: bool) -> Self {
+    /// Finds the pixels that the silhouette of the core, of the least `radius`, may pass through or, if matter is dense
+    /// up to the top, that of the shell; and in scenes with surfaces those next to a pixel whose ray meets other
+    /// surfaces. Finds none if the scene requests one ray per pixel. `lowest_facet` returns the least radius of the
+    /// facets of a layer that is a unit sphere.
+    pub fn new(scene: &Scene, radius: [f64; 2], lowest_facet: impl FnOnce() -> f64) -> Self {
         if !scene.antialias {
             return Edges::default();
         }
-        let core = core.map(|radius| Silhouette { radius, contrast: 0.0 });
-        let shell = shell.map(|radius| Silhouette { radius, contrast: JAG });
+        let (surfaces, lowest) = (scene.has_boundaries(), lowest_facet());
+        let silhouette = |radius: f64, contrast| Silhouette { radius: [radius * lowest, radius], contrast };
+        let core = (scene.core.is_some() && !surfaces).then(|| silhouette(radius[0], 0.0));
+        let shell = (scene.scenery.heights == Heights::Mean).then(|| silhouette(radius[1], JAG));
         Edges { silhouettes: core.into_iter().chain(shell).collect(), surfaces }
     }
 
-    /// Whether it finds none.
     pub fn is_none(&self) -> bool {
         self.silhouettes.is_empty() && !self.surfaces
     }
@@ -63,8 +65,9 @@ impl Edges {
     /// The numbers of the edge pixels of a picture, rising.
     pub fn find(&self, scene: &Scene, picture: &[Pixel]) -> Vec<u32> {
         let view = View { scene, pixel: scene.camera.pixel_width(scene.height), picture };
-        let may_show =
-            |silhouette: &Silhouette, x: u32, y: u32, pixels: u32| view.may_show_limb(silhouette.radius, x, y, pixels);
+        let may_show = |silhouette: &Silhouette, x: u32, y: u32, pixels: u32| {
+            may_show_limb(scene, view.pixel, silhouette.radius, [x, y], pixels)
+        };
         let is_edge = |x: u32, y: u32| {
             let contrast = |least: f64| view.has_contrast(x, y, least.max(FAINTEST));
             self.surfaces && view.has_step(x, y) && contrast(0.0)
@@ -103,21 +106,6 @@ impl View<'_> {
         [[left, right], [up, down]].map(|pair| pair.map(|place| place.map(|(x, y)| self.at(x, y))))
     }
 
-    /// Whether the silhouette of a core between these radii may pass within half of `pixels` of a pixel's middle, on
-    /// both axes.
-    fn may_show_limb(&self, [low, high]: [f64; 2], x: u32, y: u32, pixels: u32) -> bool {
-        let Scene { camera, width, height, .. } = self.scene;
-        let eye = DVec3::from_array(camera.eye());
-        let middle = SamplePoint::middle(x, y, false);
-        let dir = DVec3::from_array(camera.direction_at(middle.at, *width, *height));
-        // Turning a ray by an angle changes its distance from the centre by at most the angle times the distance of the
-        // eye.
-        let reach = 0.5 * SQRT_2 * f64::from(pixels) * self.pixel * eye.length();
-        let along = -eye.dot(dir);
-        let b = (eye + along * dir).length();
-        along + reach > 0.0 && b + reach >= low && b - reach <= high
-    }
-
     /// Whether a pixel's ray meets other surfaces than those of its neighbours, or the same ones at another depth.
     fn has_step(&self, x: u32, y: u32) -> bool {
         let most = (STEP * self.pixel) as f32;
@@ -138,9 +126,18 @@ impl View<'_> {
     }
 }
 
-/// The mean of rays; its error is the mean of their errors plus rounding.
-pub(crate) fn mean(rays: &[Pixel]) -> Pixel {
-    weighted_mean(rays.iter().map(|ray| (ray, 1.0)))
+/// Whether a ray within half of `pixels` of a pixel's middle, on both axes, may pass the centre at a distance between
+/// these radii; `pixel` is the width of a pixel at distance 1 in the middle of the picture.
+pub(crate) fn may_show_limb(scene: &Scene, pixel: f64, [low, high]: [f64; 2], [x, y]: [u32; 2], pixels: u32) -> bool {
+    let eye = DVec3::from_array(scene.camera.eye());
+    let middle = SamplePoint::middle(x, y, false);
+    let dir = DVec3::from_array(scene.camera.direction_at(middle.at, scene.width, scene.height));
+    // Turning a ray by an angle changes its distance from the centre by at most the angle times the distance of the
+    // eye.
+    let reach = 0.5 * SQRT_2 * f64::from(pixels) * pixel * eye.length();
+    let along = -eye.dot(dir);
+    let passes_at = (eye + along * dir).length();
+    along + reach > 0.0 && passes_at + reach >= low && passes_at - reach <= high
 }
 
 /// The mean of pixels, each with its weight; its error is the mean of their errors plus rounding.

@@ -1,6 +1,6 @@
 //! The fields of a frame, by name.
 
-use icoray_grid::{Error, ErrorKind, Field, Layers, Result};
+use icoray_grid::{Error, ErrorKind, Field, Layers, Location, OwnedReals, Result, Shape};
 use icoray_scene::{Heights, Scene, did_you_mean};
 
 /// Borrowed fields by name.
@@ -8,8 +8,8 @@ use icoray_scene::{Heights, Scene, did_you_mean};
 /// A single field, `(&field).into()`, is the first one of any scene, by any name.
 #[derive(Debug, Clone, Default)]
 pub struct Fields<'f> {
+    /// With its name, which is empty for a single field of any name.
     named: Vec<(String, Field<'f>)>,
-    unnamed: Option<Field<'f>>,
     heights: Option<Field<'f>>,
 }
 
@@ -35,8 +35,7 @@ impl<'f> Fields<'f> {
     /// Repeats the values of 2D fields, which have one layer, on each of `layers`.
     #[must_use]
     pub fn on_layers(mut self, layers: &Layers) -> Self {
-        let named = self.named.iter_mut().map(|(_, field)| field);
-        named.chain(&mut self.unnamed).for_each(|field| *field = field.on_layers(layers.count()));
+        self.named.iter_mut().for_each(|(_, field)| *field = field.on_layers(layers.count()));
         self
     }
 
@@ -50,9 +49,8 @@ impl<'f> Fields<'f> {
     /// # Errors
     /// As [`Fields::get`].
     pub fn first(&self, name: &str) -> Result<&Field<'f>> {
-        let first = self.named.first().filter(|_| name.is_empty());
-        let first = self.unnamed.as_ref().or(first.map(|(_, field)| field));
-        first.map_or_else(|| self.get(name), Ok)
+        let first = self.named.first().filter(|(known, _)| name.is_empty() || known.is_empty());
+        first.map_or_else(|| self.get(name), |(_, field)| Ok(field))
     }
 
     /// The field called `name`.
@@ -64,10 +62,7 @@ impl<'f> Fields<'f> {
         found.map(|(_, field)| field).ok_or_else(|| {
             let known: Vec<&str> = self.named.iter().map(|(name, _)| name.as_str()).collect();
             let hint = did_you_mean(name, known.iter().copied());
-            let known = match &self.unnamed {
-                Some(_) => "only the first field".into(),
-                None => format!("{known:?}"),
-            };
+            let known = if known == [""] { "only the first field".into() } else { format!("{known:?}") };
             Error::new(ErrorKind::Scene, format!("the scene shows field {name:?}{hint}, and there is {known}"))
         })
     }
@@ -90,7 +85,7 @@ impl<'f> Fields<'f> {
                 return Err(Error::new(ErrorKind::Scene, message));
             }
         };
-        Ok(Fields { named, unnamed: None, heights })
+        Ok(Fields { named, heights })
     }
 
     /// Adds those of `others` whose names are not there yet, and their heights if there are none.
@@ -105,24 +100,35 @@ impl<'f> Fields<'f> {
         Fields { heights: self.heights.or(others.heights), ..self }
     }
 
-    /// All fields but the heights, those without a name first.
-    pub(crate) fn each(&self) -> impl Iterator<Item = &Field<'f>> {
-        self.unnamed.iter().chain(self.named.iter().map(|(_, field)| field))
-    }
-
     /// Names and fields.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &Field<'f>)> {
         self.named.iter().map(|(name, field)| (name.as_str(), field))
-    }
-
-    /// The fields with `first` before all others.
-    pub(crate) fn behind(&self, first: impl Iterator<Item = (String, Field<'f>)>) -> Self {
-        Fields { named: first.chain(self.named.iter().cloned()).collect(), ..*self }
     }
 }
 
 impl<'f> From<&Field<'f>> for Fields<'f> {
     fn from(field: &Field<'f>) -> Self {
-        Fields { unnamed: Some(*field), ..Fields::default() }
+        Fields::new([("", *field)])
+    }
+}
+
+/// Location and shape of a field's values, independent of their storage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct FieldLayout {
+    pub location: Location,
+    pub columns: usize,
+    pub layers: usize,
+}
+
+impl FieldLayout {
+    pub fn of(field: &Field) -> Self {
+        let Shape { columns, layers, .. } = *field.shape();
+        FieldLayout { location: field.location(), columns, layers }
+    }
+
+    /// The level-fastest values as a field.
+    pub fn field(self, values: &OwnedReals, fill: Option<f64>) -> Field<'_> {
+        Field::new(values.as_reals(), Shape::level_fastest(self.columns, self.layers), self.location, fill)
+            .expect("the values were made for this shape")
     }
 }

@@ -78,7 +78,6 @@ mod ranges;
 pub mod ranks;
 mod raster;
 mod render;
-mod render_inputs;
 mod sampling;
 mod scattered;
 pub mod suggest;

@@ -19,7 +19,6 @@ mod levels;
 mod memory;
 mod savings;
 pub(crate) use blocks::{OccupancyTest, clear_values};
-pub(crate) use memory::Circumstances;
 pub use memory::FrameMemory;
 pub use savings::Savings;
 
@@ -34,9 +33,7 @@ pub struct Plan {
     pub(crate) shading: Option<Shading>,
     /// Whether the field has to be averaged from corners to centres.
     pub(crate) from_corners: bool,
-    /// Bytes of the averages at centres.
     average_bytes: u64,
-    /// Bytes of derived fields.
     derived_bytes: u64,
     left_out: Vec<String>,
 }
@@ -147,7 +144,7 @@ impl Plan {
 
     /// Bytes that a frame of the scene takes beside the model's arrays, on the CPU and with all savings.
     pub fn memory(&self, scene: &Scene, grid: &Grid) -> FrameMemory {
-        self.memory_with(scene, grid, Circumstances::of(scene), true)
+        self.memory_with(scene, grid, false, Savings::ALL, true)
     }
 
     /// The cells that rays of the picture can pass.
@@ -157,11 +154,7 @@ impl Plan {
         VisibleCells::new(grid, DVec3::from_array(scene.camera.eye()), sides, shell, scene.core.is_some())
     }
 
-    /// Whether rays walk side by side, where the machine can.
-    pub(crate) fn walks_in_packets(&self, scene: &Scene, grid: &Grid) -> bool {
-        Self::is_for_packets(scene) && self.beyond_gathers(scene, grid).is_none()
-    }
-
+    /// Whether rays walk side by side, where the machine and the grid permit it.
     fn is_for_packets(scene: &Scene) -> bool {
         scene.precision == Precision::F32 && scene.method == Method::Exact
     }

@@ -8,6 +8,8 @@ use icoray_grid::threads::Threads;
 use icoray_grid::{Field, Result};
 use icoray_scene::{ColorRange, Coloring, Scale, Scene};
 use rayon::prelude::*;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::sync::{Mutex, PoisonError};
 
 /// Bins of a histogram; the resolution of percentiles is the range over the square of this number, along the scale.
@@ -35,6 +37,21 @@ pub(crate) struct FieldValues<'f> {
     pub part: Option<&'f Part>,
 }
 
+/// What `work` returns for this rank's part, or that of all parts, joined by `join`; without a `part` the rank has all.
+/// Collective.
+pub(crate) fn reduce_parts<T: Serialize + DeserializeOwned>(
+    ranks: &mut Ranks,
+    part: Option<&Part>,
+    work: impl FnOnce() -> T,
+    join: impl Fn(T, T) -> T,
+) -> Result<T> {
+    if part.is_some() {
+        return ranks.reduce_work(|| Ok(work()), join);
+    }
+    let mine = ranks.attempt(|| Ok(work()));
+    ranks.collective(mine)
+}
+
 /// The union of two ranges, of which `None` is empty.
 pub(crate) fn union(a: Option<[f64; 2]>, b: Option<[f64; 2]>) -> Option<[f64; 2]> {
     a.zip(b).map(|([low, high], [l, h])| [low.min(l), high.max(h)]).or(a).or(b)
@@ -47,7 +64,7 @@ impl Ranges {
         &self,
         ranks: &mut Ranks,
         scene: &Scene,
-        values: &dyn Fn(&str) -> Result<FieldValues<'v>>,
+        values: &dyn Fn(&str) -> FieldValues<'v>,
     ) -> Result<Option<Scene>> {
         let mut found: Vec<RecentRange> = Vec::new();
         scene.over_each(|field, coloring| {
@@ -67,7 +84,7 @@ impl Ranges {
         ranks: &mut Ranks,
         field: &str,
         coloring: &Coloring,
-        values: &dyn Fn(&str) -> Result<FieldValues<'v>>,
+        values: &dyn Fn(&str) -> FieldValues<'v>,
     ) -> Result<Option<[f64; 2]>> {
         let known = self.known(field, coloring);
         let (percentile, hysteresis) = match coloring.range() {
@@ -79,8 +96,7 @@ impl Ranges {
         let range = match (known, hysteresis) {
             (Some(known), None) => known,
             (known, _) => {
-                let values = ranks.attempt(|| values(field));
-                let seen = ranks.collective(values)?.percentiles(ranks, scale, percentile)?;
+                let seen = values(field).percentiles(ranks, scale, percentile)?;
                 let range = match (known, seen) {
                     (Some(known), Some(seen)) => widened(scale, known, seen, hysteresis.unwrap_or(0.0)),
                     (Some(known), None) => known,
@@ -159,7 +175,8 @@ fn bin_of(rank: u64, counts: &[u64]) -> (usize, u64) {
     (counts.len() - 1, before)
 }
 
-fn added(mut a: Vec<u64>, b: Vec<u64>) -> Vec<u64> {
+/// The sums of counts, bin by bin.
+pub(crate) fn added(mut a: Vec<u64>, b: Vec<u64>) -> Vec<u64> {
     a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
     a
 }
@@ -217,12 +234,9 @@ impl FieldValues<'_> {
         let columns = (0..self.field.shape().columns).into_par_iter().with_min_len(256);
         let nothing = || (f64::INFINITY, f64::NEG_INFINITY, 0);
         let both = |a: (f64, f64, u64), b: (f64, f64, u64)| (a.0.min(b.0), a.1.max(b.1), a.2 + b.2);
-        let mine = ranks.attempt(|| Ok(self.threads.run(|| columns.map(one).reduce(nothing, both))));
-        let mut all = ranks.collective(mine)?;
-        if self.part.is_some() {
-            all = ranks.reduce_values(all, both)?;
-        }
-        Ok(((all.0 <= all.1).then_some([all.0, all.1]), all.2))
+        let mine = || self.threads.run(|| columns.map(one).reduce(nothing, both));
+        let (low, high, count) = reduce_parts(ranks, self.part, mine, both)?;
+        Ok(((low <= high).then_some([low, high]), count))
     }
 
     /// Sums over all values of the `size` numbers that `count` adds for each value's place. Collective.
@@ -242,9 +256,8 @@ impl FieldValues<'_> {
             self.column(scale, column, |value| count(scale.forward(value), &mut counts));
             counts
         };
-        let mine = ranks.attempt(|| Ok(self.threads.run(|| columns.fold(nothing, add).reduce(nothing, added))));
-        let mine = ranks.collective(mine)?;
-        if self.part.is_some() { ranks.reduce_values(mine, added) } else { Ok(mine) }
+        let mine = || self.threads.run(|| columns.fold(nothing, add).reduce(nothing, added));
+        reduce_parts(ranks, self.part, mine, added)
     }
 }
 

@@ -1,9 +1,5 @@
 //! Traces pixels over the thread pool, in tiles of a raster, which may have only each k-th pixel and is then filled in.
 
-mod rect;
-
-pub use rect::Rect;
-
 use icoray_grid::array::MapInline;
 use icoray_kernel::Counts;
 use icoray_kernel::signature::BoundarySignature;
@@ -41,13 +37,10 @@ impl SamplePoint {
 
 /// Rays in tiles, numbered from 0: equal for all devices, threads and ranks.
 pub(crate) trait Tiling: Sync {
-    /// Number of tiles.
     fn tiles(&self) -> u32;
 
-    /// Number of pixels of a tile.
     fn pixels_of(&self, tile: u32) -> usize;
 
-    /// Number of rays of each pixel.
     fn rays_per_pixel(&self) -> usize;
 
     /// Calls `emit` with the sample points of a tile, pixel by pixel.
@@ -97,7 +90,6 @@ pub(crate) struct Tile {
     pub number: u32,
     /// Seconds of tracing on one thread.
     pub seconds: f64,
-    /// Counts of its rays.
     pub counts: Counts,
     /// Its pixels, row by row.
     pub pixels: Vec<Pixel>,
@@ -114,6 +106,20 @@ impl Tile {
         let pixels = vec![Pixel::default(); tiling.pixels_of(number)];
         Tile { number, seconds: 0.0, counts: Counts::default(), pixels }
     }
+}
+
+/// All tiles of `tiling`, which come in any order, by number, and the sum of their counts.
+///
+/// # Panics
+/// If a tile is missing or occurs twice.
+pub(crate) fn in_order<'t>(tiling: &dyn Tiling, tiles: &'t [Tile]) -> (Vec<&'t Tile>, Counts) {
+    let mut found = vec![None; tiling.tiles() as usize];
+    let mut counts = Counts::default();
+    for tile in tiles {
+        assert!(found[tile.number as usize].replace(tile).is_none(), "tile {} came twice", tile.number);
+        counts += tile.counts;
+    }
+    (found.into_iter().map(|tile| tile.expect("a tile is missing")).collect(), counts)
 }
 
 /// The pixels of a picture that are traced: each `step`-th in both directions, and the last of each row and column.
@@ -148,18 +154,12 @@ impl Raster {
         self.nodes()[0].div_ceil(self.side())
     }
 
-    /// The first and the end of a tile's traced columns and rows.
-    fn extent(&self, tile: u32) -> [[u32; 2]; 2] {
-        let (side, tiles_across) = (self.side(), self.tiles_across());
-        let [across, down] = self.nodes();
-        let (x, y) = (tile % tiles_across * side, tile / tiles_across * side);
-        [[x, (x + side).min(across)], [y, (y + side).min(down)]]
-    }
-
     /// A tile's traced pixels.
     pub fn rect(&self, tile: u32) -> Rect {
-        let [[left, right], [top, bottom]] = self.extent(tile);
-        Rect { left, top, width: right - left, height: bottom - top }
+        let (side, tiles_across) = (self.side(), self.tiles_across());
+        let [across, down] = self.nodes();
+        let (left, top) = (tile % tiles_across * side, tile / tiles_across * side);
+        Rect { left, top, width: side.min(across - left), height: side.min(down - top) }
     }
 
     /// The picture of all tiles, which are in any order, with the pixels between filled in: rows from the top. The
@@ -169,19 +169,14 @@ impl Raster {
     /// If a tile is missing or occurs twice.
     pub fn assemble(&self, tiles: &[Tile]) -> (Vec<Pixel>, Counts) {
         let [across, down] = self.nodes().map(|n| n as usize);
-        let mut by_number: Vec<Option<&Tile>> = vec![None; self.tiles() as usize];
-        let mut counts = Counts::default();
-        for tile in tiles {
-            assert!(by_number[tile.number as usize].replace(tile).is_none(), "tile {} came twice", tile.number);
-            counts += tile.counts;
-        }
+        let (tiles, counts) = in_order(self, tiles);
         // Pages of memory are much of the time, so that threads share their first use.
         let mut nodes: Vec<Pixel> = (0..across * down).into_par_iter().map(|_| Pixel::default()).collect();
         let side = self.side() as usize;
-        let rows = by_number.par_chunks(self.tiles_across() as usize).zip(nodes.par_chunks_mut(across * side));
+        let rows = tiles.par_chunks(self.tiles_across() as usize).zip(nodes.par_chunks_mut(across * side));
         rows.for_each(|(tiles, nodes)| {
             for (x0, tile) in (0..across).step_by(side).zip(tiles) {
-                let lines = tile.expect("a tile is missing").pixels.chunks_exact(side.min(across - x0));
+                let lines = tile.pixels.chunks_exact(side.min(across - x0));
                 for (line, nodes) in lines.zip(nodes.chunks_exact_mut(across)) {
                     nodes[x0..x0 + line.len()].copy_from_slice(line);
                 }
@@ -252,6 +247,28 @@ impl Raster {
     }
 }
 
+/// A rectangle of traced pixels: from the first to before the last in each direction, counted in steps of
+/// [`Quality::pixel_step`](icoray_scene::Quality::pixel_step) pixels. The last one of a picture's row or column may
+/// come after a shorter step: node `i` of a side is its pixel `min(i · step, side - 1)`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rect {
+    /// First column.
+    pub left: u32,
+    /// First row.
+    pub top: u32,
+    /// Number of columns.
+    pub width: u32,
+    /// Number of rows.
+    pub height: u32,
+}
+
+impl Rect {
+    /// Number of pixels.
+    pub fn pixels(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+}
+
 impl Tiling for Raster {
     fn tiles(&self) -> u32 {
         self.tiles_across() * self.nodes()[1].div_ceil(self.side())
@@ -267,10 +284,10 @@ impl Tiling for Raster {
 
     fn sample_points(&self, tile: u32, emit: &mut dyn FnMut(SamplePoint)) {
         let pixel = |node: u32, side: u32| (node * self.step).min(side - 1);
-        let [[x0, x1], [y0, y1]] = self.extent(tile);
-        for y in y0..y1 {
-            for x in x0..x1 {
-                emit(SamplePoint::middle(pixel(x, self.width), pixel(y, self.height), x == x0));
+        let Rect { left, top, width, height } = self.rect(tile);
+        for y in top..top + height {
+            for x in left..left + width {
+                emit(SamplePoint::middle(pixel(x, self.width), pixel(y, self.height), x == left));
             }
         }
     }

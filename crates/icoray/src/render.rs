@@ -5,23 +5,18 @@ use crate::fields::Fields;
 use crate::plan::Plan;
 use crate::ranges::FieldValues;
 use crate::ranks::{HAS_WHOLE, Part, Ranks};
-use crate::render_inputs::RenderInputs;
 use icoray_grid::{Error, ErrorKind, Field, Grid, Layers, Result};
-use icoray_output::{Frame, Sharing};
+use icoray_output::{Frame, FrameReport, Sharing};
 use icoray_scene::{Backend, Scene, Scheme};
 use std::time::Instant;
 
 mod columns;
 mod context;
 mod device;
-mod devices;
 mod draw;
 mod frame_cache;
 #[cfg(test)]
-mod gradient_tests;
-#[cfg(test)]
 mod ground_tests;
-mod histogram;
 mod lazy;
 mod levels;
 mod parts;
@@ -29,22 +24,49 @@ mod picture;
 mod prepare;
 mod prepared_field;
 mod probe;
-mod progress;
-mod rendered;
 mod renderer;
 mod round;
 mod samples;
-mod summary;
+mod statistics;
 mod work;
 
-pub use histogram::Histogram;
 pub use probe::{Contribution, Probe, ProbePoint, ScenePart};
-pub use rendered::Rendered;
 pub use renderer::Renderer;
+pub use statistics::Histogram;
 
 use context::FrameContext;
-use devices::DeviceChoice;
 use prepared_field::PreparedField;
+use renderer::DeviceChoice;
+
+/// A rank's result of a finished picture.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Rendered {
+    /// The picture, on rank 0.
+    Here(Frame),
+    /// The picture's report; the pixels are at rank 0. Errors, counts and the gathering are those of the whole picture;
+    /// seconds, threads and tiles are this rank's.
+    AtRoot(FrameReport),
+}
+
+impl Rendered {
+    pub(crate) fn report_mut(&mut self) -> &mut FrameReport {
+        match self {
+            Rendered::Here(frame) => &mut frame.report,
+            Rendered::AtRoot(report) => report,
+        }
+    }
+}
+
+/// A scene and the data that it shows.
+#[derive(Clone, Copy)]
+pub(crate) struct RenderInputs<'f> {
+    pub scene: &'f Scene,
+    pub grid: &'f Grid<'f>,
+    /// The rank's part of the grid; `None` is the whole grid.
+    pub part: Option<&'f Part>,
+    pub layers: &'f Layers,
+    pub fields: &'f Fields<'f>,
+}
 
 impl Renderer {
     /// Renders `scene` from its fields, or from one field.
@@ -100,8 +122,8 @@ impl Renderer {
         Ok(self.run(|| self.device_for(scene, node_rank)))
     }
 
-    /// Prepares a frame's plan, fields and heights, with the derived ones, and keeps what the next frame may reuse after
-    /// `draw`. Collective.
+    /// Prepares a frame's plan, fields and heights, with the derived ones, and keeps what the next frame may reuse
+    /// after `draw`. Collective.
     fn in_context<R>(
         &self,
         start: Instant,
@@ -113,14 +135,8 @@ impl Renderer {
         let needed = ranks.attempt(|| fields.needed_by(scene));
         let fields = &ranks.collective(needed)?;
         let given = &RenderInputs { fields, ..*given };
-        if !scene.scenery.derived.is_empty() {
-            let has_room = ranks.attempt(|| self.derived.require(scene, fields, self.memory_limit));
-            ranks.collective(has_room)?;
-        }
-        let made = derive::make(ranks, &self.derived, &self.threads, given)?;
-        let with_derived = made.as_ref().map(|made| made.fields(fields));
-        let fields = with_derived.as_ref().unwrap_or(fields);
-        let given = &RenderInputs { fields, ..*given };
+        let made = derive::make(ranks, &self.derived, &self.threads, given, self.memory_limit)?;
+        let given = &RenderInputs { fields: &made.fields(fields), ..*given };
         let (mut plan, sharing) = self.agree_on_plan(ranks, given)?;
         let share_of_whole = match part {
             None if sharing.scheme == Scheme::Fragments => Some(Part::of_whole(ranks, grid)?),
@@ -137,7 +153,7 @@ impl Renderer {
         let shown: Vec<(&str, Field)> = prepared.iter().map(|field| (field.name(), field.field())).collect();
         let values = |name: &str| {
             let (_, field) = shown.iter().find(|(known, _)| *known == name).unwrap_or(&shown[0]);
-            Ok(FieldValues { threads: &self.threads, field, part })
+            FieldValues { threads: &self.threads, field, part }
         };
         let settled = self.ranges.resolve(ranks, scene, &values)?;
         if let Some(settled) = &settled {
@@ -160,14 +176,12 @@ impl Renderer {
             fields: &prepared,
             deviations: None,
             cache: &self.frame_cache,
-            bytes_derived: bytes_of_fields + made.as_ref().map_or(0, |made| made.bytes()),
+            bytes_derived: bytes_of_fields + made.bytes(),
             start,
         };
         let drawn = draw(&context, ranks)?;
         prepared.into_iter().chain(heights).for_each(|field| field.keep(&self.frame_cache, grid));
-        if let Some(made) = made {
-            self.derived.keep(made);
-        }
+        self.derived.keep(made);
         Ok(drawn)
     }
 

@@ -24,7 +24,7 @@ mod pattern;
 mod picture;
 
 pub(crate) use pattern::Pattern;
-pub(crate) use picture::{SampledPicture, may_show_shell};
+pub(crate) use picture::{Sampled, SampledPicture, may_show_shell};
 
 /// Numbers of rays of a pixel after each round of a picture with at most `samples` rays per pixel, and at least `edges`
 /// for pixels at edges.

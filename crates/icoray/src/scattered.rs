@@ -1,7 +1,7 @@
 //! Pixels at any places of a picture, which are traced again with several rays each, in tiles of their list.
 
-use crate::edges::{self, mean};
-use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling};
+use crate::edges::{self, weighted_mean};
+use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling, in_order};
 use crate::sampling::Pattern;
 use icoray_kernel::Counts;
 use std::ops::Range;
@@ -54,12 +54,10 @@ impl ScatteredPixels {
         ScatteredPixels { width: raster.width, numbers, rays }
     }
 
-    /// Their numbers in the picture, rising.
     pub fn numbers(&self) -> &[u32] {
         &self.numbers
     }
 
-    /// The pixels of a tile.
     fn of_tile(&self, tile: u32) -> &[u32] {
         let per_tile = TILE_RAYS.div_ceil(self.rays.count());
         let start = tile as usize * per_tile;
@@ -71,15 +69,8 @@ impl ScatteredPixels {
     /// # Panics
     /// If a tile is missing or occurs twice.
     pub fn in_order<'t>(&self, tiles: &'t [Tile]) -> (Vec<&'t Pixel>, Counts) {
-        let mut found = vec![None; self.tiles() as usize];
-        let mut counts = Counts::default();
-        for tile in tiles {
-            counts += tile.counts;
-            let before = found[tile.number as usize].replace(tile);
-            assert!(before.is_none(), "tile {} came twice", tile.number);
-        }
-        let found = found.into_iter().flat_map(|tile| &tile.expect("a tile is missing").pixels);
-        (found.collect(), counts)
+        let (tiles, counts) = in_order(self, tiles);
+        (tiles.into_iter().flat_map(|tile| &tile.pixels).collect(), counts)
     }
 }
 
@@ -109,6 +100,7 @@ impl Tiling for ScatteredPixels {
     }
 
     fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel> {
+        let mean = |rays: &[Pixel]| weighted_mean(rays.iter().map(|ray| (ray, 1.0)));
         rays.chunks_exact(self.rays.count()).map(mean).collect()
     }
 

@@ -190,29 +190,20 @@ mod tests {
         })
     }
 
-    fn pick(ms: f64, us: f64) -> Quality {
-        pick_for(ms, us, 1.0)
-    }
-
-    #[test]
-    fn ranks_share_the_rays() {
-        let whole = 512.0 * 512.0 / 1000.0 * 2.0;
-        assert_eq!(pick_for(0.5 * whole, 2.0, 4.0).tolerance, 1e-5);
-        assert_eq!(pick_for(0.5 * whole, 2.0, 1.0).tolerance, 1e-2);
-    }
-
     #[test]
     fn quality_goes_down_with_the_budget_tolerance_first_pixels_last() {
         let whole = 512.0 * 512.0 / 1000.0 * 2.0;
-        let full = pick(2.0 * whole, 2.0);
-        assert_eq!((full.pixel_step, full.tolerance, full.lights), (1, 1e-5, Lights::Full));
-        let loose = pick(0.9 * whole, 2.0);
-        assert_eq!((loose.pixel_step, loose.tolerance, loose.lights), (1, 1e-2, Lights::Full));
-        let coarse = pick(0.5 * whole, 2.0);
-        assert_eq!((coarse.pixel_step, coarse.tolerance, coarse.lights), (1, 1e-2, Lights::Coarse));
-        let few = pick(0.15 * whole, 2.0);
-        assert!(few.pixel_step > 1 && few.pixel_step < 6 && few.lights == Lights::Coarse, "{few:?}");
-        assert_eq!(pick(1e-3, 2.0).pixel_step, Quality::LARGEST_STEP);
+        let pick = |part: f64| {
+            let Quality { pixel_step, tolerance, lights, .. } = pick_for(part * whole, 2.0, 1.0);
+            (pixel_step, tolerance, lights)
+        };
+        assert_eq!(pick(2.0), (1, 1e-5, Lights::Full));
+        assert_eq!(pick(0.9), (1, 1e-2, Lights::Full));
+        assert_eq!(pick(0.5), (1, 1e-2, Lights::Coarse));
+        assert_eq!(pick_for(0.5 * whole, 2.0, 4.0).tolerance, 1e-5, "ranks share the rays");
+        let (step, _, lights) = pick(0.15);
+        assert!(step > 1 && step < 6 && lights == Lights::Coarse, "{step} {lights:?}");
+        assert_eq!(pick_for(1e-3, 2.0, 1.0).pixel_step, Quality::LARGEST_STEP);
     }
 
     /// Each level takes half of the time of the one below.
@@ -233,7 +224,6 @@ mod tests {
         assert!(least.level == 2 && least.pixel_step > 1, "{least:?}");
     }
 
-    /// A device that is full at 50,000 rays, up to which it takes 2 ms.
     #[test]
     fn a_raster_is_no_coarser_than_the_scene_allows() {
         let deadline = Deadline { start: Instant::now(), seconds: 0.0, largest_step: 5, ranks: 1.0 };
@@ -247,6 +237,7 @@ mod tests {
         assert_eq!(deadline.pick(asked, raster, (false, 0), takes_time).pixel_step, 5);
     }
 
+    /// A device that is full at 50,000 rays, up to which it takes 2 ms.
     #[test]
     fn a_device_is_measured_until_it_is_full() {
         let seconds = |raster: Raster| {

@@ -45,7 +45,10 @@ impl Watch<'_> {
         let shown = page.view.shown().filter(|_| change.is_none());
         let view = page.view.view();
         let script = match &change {
-            Some(change) => Script::parse(&change.text).and_then(|mut set| set.name_by_date().map(|()| set)),
+            Some(change) => Script::parse(&change.text).map(|mut set| {
+                set.name_by_date();
+                set
+            }),
             None => Ok(self.script.clone()),
         };
         let drawn = script.and_then(|script| {

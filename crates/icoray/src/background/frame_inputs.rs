@@ -76,7 +76,7 @@ impl FrameInputs<'_> {
     pub(super) fn reduce_to_needed(&mut self) -> Result<()> {
         let FrameSetup { scene, grid, layers, .. } = &self.setup;
         self.fields = self.fields.needed_by(scene)?;
-        if let (Some(first), None) = (self.fields.each().next(), self.setup.columns()) {
+        if let (Some((_, first)), None) = (self.fields.iter().next(), self.setup.columns()) {
             Plan::new(scene, grid, layers, first)?;
         }
         Ok(())

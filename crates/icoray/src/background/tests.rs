@@ -11,23 +11,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::mpsc::channel;
 
-const SCENE: &str = r##"
-field = "q"
+const SCENE: &str = "
+field = 'q'
 exaggeration = 50
-[image]
-width = 40
-height = 30
-[camera]
-lon = 20
-lat = 30
-distance = 3
-[transfer]
-map = "viridis"
-range = [-1, 1]
-opacity = [[-1, 0.1], [1, 0.9]]
-[output]
-file = "{step}.exr"
-"##;
+image = { width = 40, height = 30 }
+camera = { lon = 20, lat = 30, distance = 3 }
+transfer = { map = 'viridis', range = [-1, 1], opacity = [[-1, 0.1], [1, 0.9]] }
+output = { file = '{step}.exr' }";
 
 mod ranks;
 
@@ -57,6 +47,14 @@ impl Fixture {
 
     fn background(&self) -> Background {
         Background::new(Arc::clone(&self.renderer), Arc::clone(&self.writer)).unwrap()
+    }
+
+    /// The same, with another function that draws.
+    fn drawing<D>(&self, draw: D) -> Background
+    where
+        D: FnMut(&mut Ranks, FrameSetup, &Copies, Accepted) -> Result<(FrameReport, Option<Stamp>)> + Send + 'static,
+    {
+        Background::with(self.renderer.clone(), self.writer.clone(), Ranks::alone(), None, draw).unwrap()
     }
 
     fn setup(&self, step: i64) -> FrameSetup {
@@ -175,17 +173,15 @@ fn errors_of_a_frame_are_returned_at_once() {
 #[test]
 fn a_frame_waits_for_the_one_before_and_a_panic_is_an_outcome() {
     let fixture = Fixture::new();
-    let (renderer, writer) = (Arc::clone(&fixture.renderer), Arc::clone(&fixture.writer));
     let (gate, passed) = channel::<()>();
-    let mut background = Background::with(renderer, writer, Ranks::alone(), None, move |_, setup, copies, _| {
+    let mut background = fixture.drawing(move |_, setup, copies, _| {
         passed.recv().unwrap();
         match setup.stamp.step {
             1 => panic!("bad luck"),
             2 => Err(Error::new(ErrorKind::Field, "no luck")),
             _ => Ok((FrameReport { missing_values: copies.bytes(), ..FrameReport::default() }, None)),
         }
-    })
-    .unwrap();
+    });
     let field = fixture.field(1);
     assert_eq!(fixture.submit(&mut background, 1, &field).unwrap().waited_s, 0.0);
     assert!(background.take_outcomes().kept.is_empty());
@@ -224,16 +220,14 @@ fn rich(scene: &Scene) -> Scene {
 fn all_that_a_scene_needs_is_copied_and_nothing_else() {
     let mut fixture = Fixture::new();
     fixture.scene = Arc::new(rich(&fixture.scene));
-    let (renderer, writer) = (Arc::clone(&fixture.renderer), Arc::clone(&fixture.writer));
     let (sender, receiver) = channel();
-    let mut background = Background::with(renderer, writer, Ranks::alone(), None, move |_, _, copies, accepted| {
-        let fields = copies.fields()?;
+    let mut background = fixture.drawing(move |_, _, copies, accepted| {
+        let fields = copies.fields();
         let named = fields.iter().chain(fields.heights().map(|heights| ("heights", heights)));
         let seen = named.map(|(name, field)| (name.to_owned(), field.location(), field.range().0));
         sender.send((seen.collect::<Vec<_>>(), accepted.bytes_copied)).unwrap();
         Ok((FrameReport::default(), None))
-    })
-    .unwrap();
+    });
     let (cells, corners) = (fixture.grid.cells(), fixture.grid.triangles());
     for step in 1..=3 {
         let level = step as f64;
@@ -290,11 +284,9 @@ fn dropping_it_finishes_the_frame() {
 fn dropped_frames_of_the_writer_are_reported() {
     let fixture = Fixture::new();
     let field = fixture.field(1);
-    let (renderer, writer) = (Arc::clone(&fixture.renderer), Arc::clone(&fixture.writer));
-    let mut background = Background::with(renderer, writer, Ranks::alone(), None, |_, setup, _, _| {
+    let mut background = fixture.drawing(|_, setup, _, _| {
         Ok((FrameReport::default(), Some(Stamp { step: setup.stamp.step - 1, ..Stamp::default() })))
-    })
-    .unwrap();
+    });
     fixture.submit(&mut background, 8, &field).unwrap();
     background.wait();
     assert_eq!(background.take_outcomes().kept[0].dropped.as_ref().unwrap().step, 7);

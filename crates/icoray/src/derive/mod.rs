@@ -7,28 +7,38 @@
 //! Ranks with parts derive their own columns, halo included. Only zonal means need columns of other ranks; they are
 //! summed in integers, so the result does not depend on threads or ranks, to the bit.
 
-mod first;
 mod resolve;
 mod run;
 mod zonal;
 
-use crate::fields::Fields;
+use crate::fields::{FieldLayout, Fields};
 use crate::ranks::Ranks;
-use crate::render_inputs::RenderInputs;
-use first::FirstFrames;
+use crate::render::RenderInputs;
 use icoray_grid::threads::Threads;
-use icoray_grid::{Error, ErrorKind, Field, Location, OwnedReals, Reals, Result, Shape, memory};
-use icoray_scene::{How, Scene};
-use resolve::NeededDerivations;
+use icoray_grid::{Error, ErrorKind, Field, OwnedReals, Reals, Result, Shape, memory};
+use icoray_scene::{Derivation, How, Scene};
+use resolve::needed_derivations;
 use run::{Operation, fill};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use zonal::Means;
+
+/// Maximum number of stored first frames: bounds the memory if a host generates ever new names.
+const MAX_FIRSTS: usize = 64;
 
 /// The renderer's state between frames: fields of first frames, and buffers to reuse.
 #[derive(Debug, Default)]
 pub(crate) struct DerivedFieldCache {
-    firsts: FirstFrames,
+    firsts: Mutex<Vec<FirstFrame>>,
     memory: Mutex<Vec<OwnedReals>>,
+}
+
+/// A field as it was in the first frame that requested it. Identified by the definition of the field, down to the
+/// model's names, and by its shape: each shape has a first frame of its own.
+#[derive(Debug)]
+struct FirstFrame {
+    origin: String,
+    at: FieldLayout,
+    values: Arc<OwnedReals>,
 }
 
 /// The derived fields of a frame.
@@ -47,37 +57,11 @@ struct DerivedField {
     at: FieldLayout,
 }
 
-/// Location and shape of a field's values, independent of their storage.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct FieldLayout {
-    location: Location,
-    columns: usize,
-    layers: usize,
-}
-
-impl FieldLayout {
-    fn of(field: &Field) -> Self {
-        let Shape { columns, layers, .. } = *field.shape();
-        FieldLayout { location: field.location(), columns, layers }
-    }
-
-    /// The values as a field.
-    fn field(self, values: &OwnedReals) -> Field<'_> {
-        Field::new(values.as_reals(), Shape::level_fastest(self.columns, self.layers), self.location, None)
-            .expect("the values were made for this shape")
-    }
-}
-
-impl DerivedField {
-    fn field(&self) -> Field<'_> {
-        self.at.field(&self.values)
-    }
-}
-
 impl DerivedFields {
     /// The derived fields, followed by the given ones.
     pub fn fields<'m>(&'m self, of: &Fields<'m>) -> Fields<'m> {
-        of.behind(self.fields.iter().map(|made| (made.name.clone(), made.field())))
+        let made = self.fields.iter().map(|made| (made.name.as_str(), made.at.field(&made.values, None)));
+        Fields::new(made).with(of.clone())
     }
 
     /// Bytes of the derived fields and of those stored for them.
@@ -87,20 +71,44 @@ impl DerivedFields {
 }
 
 impl DerivedFieldCache {
-    /// Stores the buffers of a frame's fields for the next frame.
+    /// Stores the buffers of a frame's fields for the next frame that derives any.
     pub fn keep(&self, made: DerivedFields) {
-        let values = made.fields.into_iter().map(|made| made.values).collect();
-        *self.memory.lock().unwrap_or_else(PoisonError::into_inner) = values;
+        if !made.fields.is_empty() {
+            let values = made.fields.into_iter().map(|made| made.values).collect();
+            *self.memory.lock().unwrap_or_else(PoisonError::into_inner) = values;
+        }
     }
 
     /// Checks that the derived fields of a scene fit into `limit` or the system's free memory, beside those of the
     /// previous frame. Each is assumed to be as large as the first of `fields`.
-    pub fn require(&self, scene: &Scene, fields: &Fields, limit: Option<u64>) -> Result<()> {
+    fn require(&self, scene: &Scene, fields: &Fields, limit: Option<u64>) -> Result<()> {
         let held =
             self.memory.lock().unwrap_or_else(PoisonError::into_inner).iter().map(OwnedReals::bytes).sum::<usize>();
         // A frame without fields is refused where fields are read.
         let needed = fields.first("").map_or(0, |field| bytes(scene, field));
-        memory::require("derived fields", needed.saturating_sub((held + self.firsts.bytes()) as u64), limit)
+        memory::require("derived fields", needed.saturating_sub((held + self.first_bytes()) as u64), limit)
+    }
+
+    /// The field's values in the first frame; stores the current ones if there are none.
+    fn first(&self, origin: &str, field: &Field, threads: &Threads) -> Result<Arc<OwnedReals>> {
+        let at = FieldLayout::of(field);
+        let mut all = self.firsts.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(first) = all.iter().find(|first| first.at == at && first.origin == origin) {
+            return Ok(first.values.clone());
+        }
+        if all.len() == MAX_FIRSTS {
+            let context = format!("fields of {MAX_FIRSTS} first steps are stored already, expected no further one");
+            return Err(Error::new(ErrorKind::Scene, context));
+        }
+        let room = OwnedReals::buffer(field.samples(), None);
+        let values = Arc::new(threads.run(|| fill(room, &[*field], &Operation::Sum(vec![1.0]))));
+        all.push(FirstFrame { origin: origin.to_owned(), at, values: values.clone() });
+        Ok(values)
+    }
+
+    fn first_bytes(&self) -> usize {
+        let all = self.firsts.lock().unwrap_or_else(PoisonError::into_inner);
+        all.iter().map(|first| first.values.bytes()).sum()
     }
 
     /// A buffer in the highest precision of `of`; reuses a stored one of this precision.
@@ -116,11 +124,12 @@ impl DerivedFieldCache {
     }
 }
 
-/// Computes the derived fields that the scene needs; `None` if it derives none. Collective; the result does not depend
-/// on the decomposition of the grid, to the bit.
+/// Computes the derived fields that the scene needs. Collective; the result does not depend on the decomposition of the
+/// grid, to the bit.
 ///
 /// # Errors
-/// The same on all ranks: [`ErrorKind::Scene`] where a field is not there or a band of latitude has no width;
+/// The same on all ranks: [`ErrorKind::Memory`] if they do not fit into `limit`, or into the system's free memory;
+/// [`ErrorKind::Scene`] where a field is not there or a band of latitude has no width;
 /// [`ErrorKind::Field`] where inputs lie at different places or do not fit the grid; [`ErrorKind::Mpi`] where ranks
 /// derive different fields or the transport fails.
 pub(crate) fn make(
@@ -128,16 +137,18 @@ pub(crate) fn make(
     kept: &DerivedFieldCache,
     threads: &Threads,
     given: &RenderInputs,
-) -> Result<Option<DerivedFields>> {
+    limit: Option<u64>,
+) -> Result<DerivedFields> {
     if given.scene.scenery.derived.is_empty() {
-        return Ok(None);
+        return Ok(DerivedFields::default());
     }
-    let needed = ranks.attempt(|| NeededDerivations::of(given.scene));
+    let has_room = ranks.attempt(|| kept.require(given.scene, given.fields, limit));
+    let needed = needed_derivations(given.scene);
+    let described = needed.iter().map(|(derivation, _)| format!("{:?} = {:?}", derivation.name, derivation.how));
     // Otherwise the collective calls of zonal means would not match.
-    let needed = ranks.agree_all(needed, |needed| vec![("derives", needed.to_string())])?;
+    ranks.agree_all(has_room, |()| vec![("derives", described.collect::<Vec<_>>().join(", "))])?;
     let mut made = DerivedFields::default();
-    for one in &needed.derivations {
-        let (name, how) = (&one.derivation.name, &one.derivation.how);
+    for (Derivation { name, how }, origin) in &needed {
         let of = made.fields(given.fields);
         let inputs = ranks.attempt(|| inputs(&of, how).map_err(|e| e.within(format!("{name:?}"))));
         let inputs = ranks.collective(inputs)?;
@@ -156,16 +167,16 @@ pub(crate) fn make(
                 }
                 How::FromZonalMean { .. } => fill(&inputs, Operation::FromMeans(means.as_ref().expect("found above"))),
                 How::FromFirst(_) => {
-                    let first = kept.firsts.of(&one.origin, &inputs[0], threads)?;
-                    fill(&[inputs[0], at.field(&first)], Operation::Sum(vec![1.0, -1.0]))
+                    let first = kept.first(origin, &inputs[0], threads)?;
+                    fill(&[inputs[0], at.field(&first, None)], Operation::Sum(vec![1.0, -1.0]))
                 }
             }
         });
         let values = ranks.collective(values)?;
         made.fields.push(DerivedField { name: name.clone(), values, at });
     }
-    made.remembered = kept.firsts.bytes();
-    Ok(Some(made))
+    made.remembered = kept.first_bytes();
+    Ok(made)
 }
 
 /// Bytes of the derived fields that a scene needs, each of which is as large as `field`.

@@ -1,47 +1,17 @@
 //! Finds the derived fields that a scene needs, and the model's fields that these need.
 
-use icoray_grid::{Error, ErrorKind, Result};
 use icoray_scene::{Derivation, How, Scene};
-use std::fmt;
 
-/// The derivations that a scene needs, each behind its inputs.
-#[derive(Debug)]
-pub(super) struct NeededDerivations<'s> {
-    pub derivations: Vec<NeededDerivation<'s>>,
-}
-
-/// One derivation.
-#[derive(Debug)]
-pub(super) struct NeededDerivation<'s> {
-    pub derivation: &'s Derivation,
-    /// Its inputs, resolved down to the model's fields: identifies the derivation across scenes.
-    pub origin: String,
+/// The derivations that a scene needs, each behind its inputs, with its origin: its inputs, resolved down to the
+/// model's fields, which identify the derivation across scenes.
+pub(super) fn needed_derivations(scene: &Scene) -> Vec<(&Derivation, String)> {
+    let all = &scene.scenery.derived;
+    numbers_of_needed(scene).into_iter().map(|at| (&all[at], origin(all, at))).collect()
 }
 
 /// The derivation of `name` among the first `count`: its inputs are among those before it.
 fn find(all: &[Derivation], name: &str, count: usize) -> Option<usize> {
     all[..count].iter().position(|derivation| derivation.name == name)
-}
-
-impl<'s> NeededDerivations<'s> {
-    pub fn of(scene: &'s Scene) -> Result<Self> {
-        let all = &scene.scenery.derived;
-        let needed = numbers_of_needed(scene).into_iter();
-        let derivations = needed.map(|at| NeededDerivation { derivation: &all[at], origin: origin(all, at) }).collect();
-        let needed = NeededDerivations { derivations };
-        match needed.twice() {
-            None => Ok(needed),
-            Some(name) => {
-                let context = format!("{name:?} is derived twice, expected fields of different names");
-                Err(Error::new(ErrorKind::Scene, context))
-            }
-        }
-    }
-
-    fn twice(&self) -> Option<&'s str> {
-        let names: Vec<&str> = self.derivations.iter().map(|one| one.derivation.name.as_str()).collect();
-        names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)).map(|(_, name)| *name)
-    }
 }
 
 /// Numbers of the derivations that a scene needs.
@@ -81,11 +51,4 @@ fn origin(all: &[Derivation], at: usize) -> String {
         None => format!("{name:?}"),
     };
     all[at].how.fields().into_iter().map(of).collect::<Vec<_>>().join(", ")
-}
-
-impl fmt::Display for NeededDerivations<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let definition = |one: &NeededDerivation| format!("{:?} = {:?}", one.derivation.name, one.derivation.how);
-        f.write_str(&self.derivations.iter().map(definition).collect::<Vec<_>>().join(", "))
-    }
 }

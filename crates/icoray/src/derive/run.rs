@@ -1,8 +1,8 @@
 //! Computes derived values, a run of columns at a time: reads inputs of any layout into f64, processes them in loops
 //! that the compiler vectorises, and writes the requested precision.
 
-use super::FieldLayout;
 use super::zonal::Means;
+use crate::fields::FieldLayout;
 use fearless_simd::{Level, dispatch};
 use icoray_grid::sample::Sample;
 use icoray_grid::{Field, OwnedReals, Reals};

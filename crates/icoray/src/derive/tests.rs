@@ -4,8 +4,8 @@ use super::*;
 use crate::ranks::Part;
 use crate::ranks::tests::on_ranks;
 use crate::render::Renderer;
-use icoray_grid::{Grid, IcosahedralMesh, Layers};
-use icoray_scene::{Derivation, Opacity};
+use icoray_grid::{Grid, IcosahedralMesh, Layers, Location};
+use icoray_scene::Opacity;
 
 mod zonal;
 
@@ -109,7 +109,7 @@ impl World {
     ) -> Result<R> {
         let grid = Grid::new(self.mesh.tables()).unwrap();
         let given = RenderInputs { scene, grid: &grid, part: None, layers: &layers(), fields };
-        let made = make(&mut Ranks::alone(), kept, &self.threads, &given)?.expect("there are derived fields");
+        let made = make(&mut Ranks::alone(), kept, &self.threads, &given, None)?;
         let found = look(&made.fields(fields), &made);
         kept.keep(made);
         Ok(found)

@@ -9,10 +9,11 @@
 //! Values are summed as integers, in units of 2⁻⁶² of the layer's largest value: sums do not depend on the order, so
 //! means are equal to the last bit for any number of threads and ranks.
 
-use super::FieldLayout;
 use super::run::load;
+use crate::fields::FieldLayout;
+use crate::ranges::reduce_parts;
 use crate::ranks::{Part, Ranks};
-use crate::render_inputs::RenderInputs;
+use crate::render::RenderInputs;
 use icoray_grid::threads::Threads;
 use icoray_grid::{Error, ErrorKind, Field, Location, Reals, Result};
 use rayon::prelude::*;
@@ -52,9 +53,11 @@ impl AddAssign for Sum {
 
 /// The columns of a field that enter the means.
 struct Counted<'c> {
+    threads: &'c Threads,
     given: &'c RenderInputs<'c>,
     field: &'c Field<'c>,
     latitude_rad: Reals<'c>,
+    bands: usize,
 }
 
 /// Distance of a latitude from the south pole, in bands.
@@ -66,29 +69,19 @@ impl<'m> Means<'m> {
     /// The zonal means of a field over a grid's cells or corners. Collective.
     pub fn of(
         ranks: &mut Ranks,
-        threads: &Threads,
+        threads: &'m Threads,
         given: &'m RenderInputs<'m>,
         field: &'m Field<'m>,
         band_deg: f64,
     ) -> Result<Self> {
-        let counted = ranks.attempt(|| Counted::new(given, field, band_deg));
+        let counted = ranks.attempt(|| Counted::new(threads, given, field, band_deg));
         // All ranks exchange the same number of values.
-        let (counted, bands) = ranks.agree_all(counted, |(counted, _)| {
+        let counted = ranks.agree_all(counted, |counted| {
             let FieldLayout { location, layers, .. } = FieldLayout::of(counted.field);
             vec![("takes means of a field of", format!("{layers} layers at {location:?}"))]
         })?;
-        let shared = given.part.is_some();
-        let most = ranks.attempt(|| Ok(threads.run(|| counted.most())));
-        let mut most = ranks.collective(most)?;
-        if shared {
-            most = joined(ranks, most, |most, other| *most = most.max(other))?;
-        }
-        let scale: Vec<f64> = most.into_iter().map(scale).collect();
-        let sums = ranks.attempt(|| Ok(threads.run(|| counted.sums(&scale, bands))));
-        let mut sums = ranks.collective(sums)?;
-        if shared {
-            sums = joined(ranks, sums, |sum, other| *sum += other)?;
-        }
+        let scale: Vec<f64> = counted.most(ranks)?.into_iter().map(scale).collect();
+        let sums = counted.sums(ranks, &scale)?;
         let layers = scale.len();
         let mean = |(i, sum): (usize, &Sum)| match sum.count {
             0 => f64::NAN,
@@ -96,7 +89,8 @@ impl<'m> Means<'m> {
         };
         let mut means: Vec<f64> = sums.iter().enumerate().map(mean).collect();
         (0..layers).for_each(|layer| fill_gaps(&mut means[layer..], layers));
-        Ok(Means { latitude_rad: counted.latitude_rad, bands, layers, means })
+        let Counted { latitude_rad, bands, .. } = counted;
+        Ok(Means { latitude_rad, bands, layers, means })
     }
 
     /// Subtracts the interpolated zonal means from a column's values.
@@ -131,8 +125,7 @@ fn scale(most: f64) -> f64 {
 }
 
 impl<'c> Counted<'c> {
-    /// The field over its grid, and the number of bands.
-    fn new(given: &'c RenderInputs<'c>, field: &'c Field<'c>, band_deg: f64) -> Result<(Self, usize)> {
+    fn new(threads: &'c Threads, given: &'c RenderInputs<'c>, field: &'c Field<'c>, band_deg: f64) -> Result<Self> {
         if !(LEAST_DEG..=180.0).contains(&band_deg) {
             let context = format!("bands of {band_deg} degrees, expected {LEAST_DEG} to 180");
             return Err(Error::new(ErrorKind::Scene, context));
@@ -150,7 +143,7 @@ impl<'c> Counted<'c> {
             );
             return Err(Error::new(ErrorKind::Field, context));
         }
-        Ok((Counted { given, field, latitude_rad }, (180.0 / band_deg).ceil() as usize))
+        Ok(Counted { threads, given, field, latitude_rad, bands: (180.0 / band_deg).ceil() as usize })
     }
 
     fn counts(&self, column: usize) -> bool {
@@ -161,17 +154,18 @@ impl<'c> Counted<'c> {
         }
     }
 
-    /// Reduces the counted columns and their values in parallel: `take` accumulates a column, `add` merges two
-    /// accumulators.
-    fn added<V: Clone + Default + Send + Sync>(
+    /// Reduces the counted columns of all ranks and their values in parallel: `take` accumulates a column, `add` merges
+    /// two accumulators. Collective.
+    fn added<V: Clone + Default + Send + Sync + Serialize + DeserializeOwned>(
         &self,
+        ranks: &mut Ranks,
         size: usize,
         take: impl Fn(&mut [V], usize, &[f64]) + Sync,
         add: impl Fn(&mut V, V) + Sync,
-    ) -> Vec<V> {
+    ) -> Result<Vec<V>> {
         let FieldLayout { columns, layers, .. } = FieldLayout::of(self.field);
         let runs = columns.div_ceil(RUN);
-        let most = runs.div_ceil(4 * rayon::current_num_threads()).max(8);
+        let most = runs.div_ceil(4 * self.threads.count()).max(8);
         let nothing = || vec![V::default(); size];
         let of_run = |(mut all, mut values): (Vec<V>, Vec<f64>), run: usize| {
             let columns = run * RUN..(run * RUN + RUN).min(columns);
@@ -188,20 +182,23 @@ impl<'c> Counted<'c> {
             a
         };
         let runs = (0..runs).into_par_iter().with_min_len(most);
-        runs.fold(|| (nothing(), Vec::new()), of_run).map(|(all, _)| all).reduce(nothing, both)
+        let mine = || {
+            self.threads.run(|| runs.fold(|| (nothing(), Vec::new()), of_run).map(|(all, _)| all).reduce(nothing, both))
+        };
+        reduce_parts(ranks, self.given.part, mine, both)
     }
 
     /// The largest of each layer's values, without sign.
-    fn most(&self) -> Vec<f64> {
+    fn most(&self, ranks: &mut Ranks) -> Result<Vec<f64>> {
         let take = |most: &mut [f64], _: usize, row: &[f64]| {
             most.iter_mut().zip(row).for_each(|(most, value)| *most = most.max(value.abs()));
         };
-        self.added(self.field.shape().layers, take, |most: &mut f64, other| *most = most.max(other))
+        self.added(ranks, self.field.shape().layers, take, |most: &mut f64, other| *most = most.max(other))
     }
 
     /// Sums of each band's layers, times each layer's scale.
-    fn sums(&self, scale: &[f64], bands: usize) -> Vec<Sum> {
-        let layers = scale.len();
+    fn sums(&self, ranks: &mut Ranks, scale: &[f64]) -> Result<Vec<Sum>> {
+        let (bands, layers) = (self.bands, scale.len());
         let take = |sums: &mut [Sum], column: usize, row: &[f64]| {
             let band = (place(self.latitude_rad.get(column), bands) as usize).min(bands - 1);
             let sums = &mut sums[band * layers..][..layers];
@@ -211,18 +208,6 @@ impl<'c> Counted<'c> {
                 sum.count += u64::from(!value.is_nan());
             }
         };
-        self.added(bands * layers, take, |sum, other| *sum += other)
+        self.added(ranks, bands * layers, take, |sum, other| *sum += other)
     }
-}
-
-/// The numbers of all ranks, joined place by place by `join`. Collective.
-fn joined<N: Serialize + DeserializeOwned>(
-    ranks: &mut Ranks,
-    mine: Vec<N>,
-    join: impl Fn(&mut N, N),
-) -> Result<Vec<N>> {
-    ranks.reduce_values(mine, |mut all, others| {
-        all.iter_mut().zip(others).for_each(|(one, other)| join(one, other));
-        all
-    })
 }

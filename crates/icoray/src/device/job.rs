@@ -67,14 +67,9 @@ impl<'f> Job<'f> {
         Job { number, scene, plan, grid, field, gradients, is_part, has_ground, scenery, spans, quality, raster, tiles }
     }
 
-    /// This job for a scene of more than one volume.
-    pub(crate) fn with_scenery(self, scenery: Scenery) -> Self {
-        Job { scenery: Some(scenery), ..self }
-    }
-
-    /// This job for a scene with a ground of several colours, if `has_ground`.
-    pub(crate) fn with_ground(self, has_ground: bool) -> Self {
-        Job { has_ground, ..self }
+    /// This job for a scene of more than one volume, or with a ground of several colours.
+    pub(crate) fn with(self, scenery: Option<Scenery>, has_ground: bool) -> Self {
+        Job { scenery, has_ground, ..self }
     }
 
     /// Sets the quality and the tiles to trace of the same picture.

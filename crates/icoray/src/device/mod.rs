@@ -5,27 +5,26 @@
 //! and error bounds, and traces the tiles that the device does not return. All values are for `f32` kernels.
 
 mod fields;
-mod isosurfaces;
 mod job;
 mod scenery;
-mod tables;
-mod volumes;
 
 pub use crate::raster::Rect;
 pub use fields::{FieldId, MAX_FIELDS, SceneField};
 pub use icoray_kernel::Fragment;
-pub use icoray_kernel::general::{ClipRegion, PaintedPlace};
+pub use icoray_kernel::general::{ClipRegion, PaintedPlace, SurfaceHeight as SurfacePlace};
 pub use icoray_kernel::shade::Shading;
 pub use icoray_kernel::signature::BoundarySignature;
-pub use isosurfaces::{ColorByField, Isosurface, IsosurfacePaint};
 pub(crate) use job::GradientSource;
 pub use job::{Content, Job};
 pub(crate) use scenery::unsupported;
-pub use scenery::{MAX_CLIPS, MAX_SURFACES, Material, NativeLayers, Paint, Scenery, SurfaceLayer, SurfacePlace};
-pub use tables::{BudgetTable, Span, Step, locate};
-pub use volumes::{MAX_VOLUMES, SceneVolume, VolumeMap};
+pub use scenery::{
+    ColorByField, Isosurface, IsosurfacePaint, MAX_CLIPS, MAX_SURFACES, MAX_VOLUMES, Material, NativeLayers, Paint,
+    SceneVolume, Scenery, SurfaceLayer, VolumeMap,
+};
 
 use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+use icoray_grid::Grid;
 use icoray_scene::Adapter;
 use std::fmt;
 use std::ops::AddAssign;
@@ -34,6 +33,29 @@ use std::sync::Arc;
 /// Marks a missing value, and the ends of the outer spans: larger than all normalised values, which are clamped to
 /// 1e15. A shader has no reliable NaN or infinity.
 pub const ENDLESS: f32 = 3e38;
+
+/// The triangle that contains the direction `target`, searched from the triangle `from`: the nearer, the faster.
+pub fn locate(grid: &Grid, from: u32, target: [f64; 3]) -> u32 {
+    icoray_kernel::walk::locate(grid, from, DVec3::from_array(target))
+}
+
+/// A span between two knots of the transfer function, in which extinction and colour are linear in the normalised
+/// value.
+pub type Span = icoray_kernel::transfer::Span<f32>;
+
+/// A step of the transfer function: a jump, or a change within the reach of rounding.
+pub type Step = icoray_kernel::transfer::Step<f32>;
+
+/// Division of the tolerance along a ray, as [`Budget`](icoray_kernel::Budget).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BudgetTable {
+    /// Allowed error of the colour per absorbed light.
+    pub color_tolerance: f32,
+    /// Transmittance at which a ray ends.
+    pub min_transmittance: f32,
+    /// Largest linear value that a channel can have behind a ray's end.
+    pub brightest: f32,
+}
 
 /// A picture's request for a device.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -70,8 +92,8 @@ pub trait Device: fmt::Debug + Send + Sync {
     /// A [`FallbackReason`] why tiles are missing, which the report contains.
     fn trace(&self, job: &Job, give: &(dyn Fn(Band) + Sync)) -> Result<DeviceCost, FallbackReason>;
 
-    /// As [`Self::trace`], through own cells: passes on fragments of rays, which are composited elsewhere. They are a rank's
-    /// part, or all cells if [`Job::is_painted`].
+    /// As [`Self::trace`], through own cells: passes on fragments of rays, which are composited elsewhere. They are a
+    /// rank's part, or all cells if [`Job::is_painted`].
     ///
     /// # Errors
     /// As [`Self::trace`].

@@ -1,12 +1,15 @@
 //! Surfaces, isosurfaces, cuts and further volumes of a scene, as tables for a device.
 
-use super::fields::FieldTable;
-use super::{ColorByField, ENDLESS, FallbackReason, Isosurface, MAX_VOLUMES, SceneField, SceneVolume, Span};
+use super::fields::{FieldTable, Normal};
+use super::{ENDLESS, FallbackReason, FieldId, SceneField, Span, Step};
 use icoray_grid::array::MapInline;
-use icoray_kernel::general::{self, ClipRegion, KernelScene, Levels, SurfaceHeight};
+use icoray_kernel::general::{self, ClipRegion, KernelScene, Levels, Medium, SurfaceHeight, TransferMap};
 use icoray_kernel::transfer::{KernelKnot, Spans};
 use icoray_scene::Scene;
 use rayon::prelude::*;
+
+/// Maximum number of volumes that a device takes.
+pub const MAX_VOLUMES: usize = 4;
 
 /// Maximum number of cuts that a device takes.
 pub const MAX_CLIPS: usize = 8;
@@ -41,7 +44,8 @@ pub struct NativeLayers {
     pub core_radius: [f64; 2],
     /// Radius of the visible space.
     pub outer: f64,
-    /// For lit scenes, normals of the core (layer 0) and of layers with surfaces: the layer, and a unit vector per cell.
+    /// For lit scenes, normals of the core (layer 0) and of layers with surfaces: the layer, and a unit vector per
+    /// cell.
     pub normals: Vec<(usize, Vec<[f32; 3]>)>,
 }
 
@@ -86,20 +90,11 @@ impl Scenery {
     }
 }
 
-/// Position of surfaces.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum SurfacePlace {
-    /// On a layer, counted from the innermost.
-    Layer(usize),
-    /// Between layers, at this radius in planet radii.
-    Radius(f64),
-}
-
 /// A layer or a sphere with all surfaces on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceLayer {
     /// Its position.
-    pub place: SurfacePlace,
+    pub place: SurfaceHeight,
     /// The surfaces, the first in front.
     pub materials: Vec<Material>,
     /// Whether there are lines in front of them.
@@ -158,11 +153,106 @@ impl SurfaceLayer {
         let materials = surface.materials.iter();
         let materials =
             materials.map(|(material, opacity)| Material { opacity: *opacity as f32, paint: paint(material) });
-        let place = match surface.place {
-            SurfaceHeight::Layer(layer) => SurfacePlace::Layer(layer),
-            SurfaceHeight::Radius(radius) => SurfacePlace::Radius(radius),
+        let is_painted = surface.painter.is_some();
+        SurfaceLayer { place: surface.place, materials: materials.collect(), is_painted }
+    }
+}
+
+/// A surface on which a field has one value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Isosurface {
+    /// The field.
+    pub field: FieldId,
+    /// The value, normalised as the field.
+    pub value: f32,
+    /// The part of the light behind that is absorbed.
+    pub opacity: f32,
+    /// The colours.
+    pub paint: IsosurfacePaint,
+}
+
+/// Colours of an isosurface.
+#[derive(Debug, Clone, PartialEq)]
+pub enum IsosurfacePaint {
+    /// One colour, linear RGB.
+    Plain([f32; 3]),
+    /// The colours of a field's values.
+    Field(ColorByField),
+}
+
+/// Colours of a field's values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ColorByField {
+    /// The field.
+    pub field: FieldId,
+    /// The transfer function, of which only the colours are used.
+    pub spans: Vec<Span>,
+    /// From the field's normalised value to that of the spans: factor and summand.
+    pub to_spans: [f32; 2],
+}
+
+impl ColorByField {
+    /// The colours of a transfer function.
+    fn new(map: &TransferMap, fields: &mut FieldTable, range: &impl Fn(usize) -> Option<[f64; 2]>) -> Self {
+        let field = fields.of_source(map.source, range);
+        let Normal { low, width, .. } = *fields.normal(field);
+        let to_spans = [(width * map.scale()) as f32, map.normal(low) as f32];
+        ColorByField { field, spans: Spans::new(map.knots()).all().to_vec(), to_spans }
+    }
+}
+
+impl Isosurface {
+    /// An isosurface of the kernel's scene; `range` returns the least and the greatest value of each field.
+    fn new(surface: &general::Isosurface, fields: &mut FieldTable, range: &impl Fn(usize) -> Option<[f64; 2]>) -> Self {
+        let field = fields.of_source(surface.source, range);
+        let value = fields.normal(field).of(surface.value) as f32;
+        let paint = match &surface.material {
+            general::Material::Plain(color) => IsosurfacePaint::Plain(color.map_inline(|c| c as f32)),
+            general::Material::By { map, .. } => IsosurfacePaint::Field(ColorByField::new(map, fields, range)),
         };
-        SurfaceLayer { place, materials: materials.collect(), is_painted: surface.painter.is_some() }
+        Isosurface { field, value, opacity: surface.opacity as f32, paint }
+    }
+}
+
+/// A volume: colour by one field, opacity by the same or another one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneVolume {
+    /// The transfer function of the extinctions, and of the colours if [`Self::color`] is `None`.
+    pub extinction: VolumeMap,
+    /// The transfer function of the colours.
+    pub color: Option<VolumeMap>,
+}
+
+/// A transfer function with its field.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VolumeMap {
+    /// The field, normalised to the range of the spans.
+    pub field: FieldId,
+    /// The transfer function, in rising order.
+    pub spans: Vec<Span>,
+    /// Its discontinuities, as [`Job::steps`](super::Job::steps).
+    pub steps: Vec<Step>,
+}
+
+impl VolumeMap {
+    fn new(map: &TransferMap, fields: &mut FieldTable) -> Self {
+        let spans = Spans::<f32>::new(map.knots());
+        VolumeMap { field: fields.of_map(map), spans: spans.all().to_vec(), steps: spans.steps().to_vec() }
+    }
+}
+
+impl SceneVolume {
+    /// The volumes of a scene; none if the only one is that of the job, with this transfer function.
+    fn all(scene: &KernelScene, knots: &[KernelKnot], fields: &mut FieldTable) -> Vec<Self> {
+        let is_own = |medium: &Medium| medium.extinction.source == 0 && medium.extinction.knots() == knots;
+        if scene.has_one_field_of_volume() && scene.media.iter().all(is_own) {
+            return Vec::new();
+        }
+        let volume = |medium: &Medium| SceneVolume {
+            extinction: VolumeMap::new(&medium.extinction, fields),
+            color: (!medium.has_own_color()).then(|| VolumeMap::new(&medium.color, fields)),
+        };
+        scene.media.iter().map(volume).collect()
     }
 }
 

@@ -3,14 +3,11 @@
 use icoray_kernel::Budget;
 use icoray_scene::{Lights, Paint, Quality, Scene};
 
-/// The error budget of rays that end as early as the tolerance permits.
+/// The error budget of rays that end as early as the tolerance permits, and find the edges of surfaces, where the scene
+/// may have such edges.
 pub(crate) fn allowed(scene: &Scene, quality: &Quality) -> Budget {
     let lit = scene.lighting.filter(|_| quality.lights != Lights::Off).map(|light| light.ambient + light.diffuse);
-    of_surfaces(scene, Budget::new(quality.tolerance, brightest(scene), lit))
-}
-
-/// The budget of rays that find the edges of surfaces, where the scene may have such edges.
-fn of_surfaces(scene: &Scene, budget: Budget) -> Budget {
+    let budget = Budget::new(quality.tolerance, brightest(scene), lit);
     if scene.antialias && scene.has_boundaries() { budget.with_surfaces() } else { budget }
 }
 

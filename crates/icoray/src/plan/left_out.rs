@@ -45,25 +45,12 @@ mod tests {
     use super::*;
     use icoray_grid::IcosahedralMesh;
 
-    fn scene(text: &str) -> Scene {
-        let camera = "[camera]\nlon = 0\nlat = 0\ndistance = 3\n";
-        let volume = "[transfer]\nrange = [0, 1]\nopacity = [[0, 0.5]]\n";
-        let (top, sections) = text.split_once("\n\n").unwrap_or(("", text));
-        Scene::parse(&format!("{top}\nfield = \"q\"\n{camera}{volume}{sections}")).unwrap()
-    }
-
-    fn left_out_by(scene: &Scene) -> Vec<String> {
-        let mesh = IcosahedralMesh::new(1).unwrap();
-        left_out(scene, &Grid::new(mesh.tables()).unwrap(), 10, false)
-    }
-
-    fn left_out_of(text: &str) -> Vec<String> {
-        left_out_by(&scene(text))
-    }
-
     #[test]
     fn data_that_a_scene_uses_are_not_left_out() {
-        let all = left_out_of("");
+        let mesh = IcosahedralMesh::new(1).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let left_out = |scene: &Scene| left_out(scene, &grid, 10, false);
+        let scene = |text: &str| Scene::parse(&format!("field = 'q'\n{text}")).unwrap();
         let gradients = "gradients (5040 bytes)";
         let words = [
             gradients,
@@ -79,7 +66,7 @@ mod tests {
             "clips",
             "native heights",
         ];
-        assert_eq!(all, words);
+        assert_eq!(left_out(&scene("")), words);
         let surface = "[[surfaces]]\nlayer = \"top\"\n";
         let cells = "[[lines]]\npattern = \"cells\"";
         for (text, used) in [
@@ -89,24 +76,23 @@ mod tests {
             ("[[lines]]\npattern = \"coast\"", &["lines", "table of coasts"]),
             ("[[lines]]\npattern = \"borders\"", &["lines", "table of borders"]),
             ("[ground]\nland = \"red\"", &["table of coasts"]),
-            ("core = \"transparent\"\n\n", &["the far side behind the core"]),
+            ("core = \"transparent\"", &["the far side behind the core"]),
             (&format!("{surface}color = \"red\""), &["surfaces"]),
             (&format!("{surface}field = \"q\"\ntransfer = {{ range = [0, 1] }}"), &["surfaces"]),
             (&format!("{surface}field = \"w\"\ntransfer = {{ range = [0, 1] }}"), &["other fields", "surfaces"]),
             ("[[isosurfaces]]\nfield = \"q\"\nvalue = 0\ncolor = \"red\"", &["surfaces"]),
             ("[[clip]]\ncut = \"inside\"\nlat = [0, 9]", &["clips"]),
-            ("heights = \"native\"\n\n", &["native heights"]),
-            ("method = \"paper\"\n\n", &[]),
+            ("heights = \"native\"", &["native heights"]),
+            ("method = \"paper\"", &[]),
             ("[[derive]]\nname = \"q\"\nsum = { u = 1 }", &["derived fields"]),
             ("[[derive]]\nname = \"q\"\nsum = { u = 1, v = 1 }", &["other fields", "derived fields"]),
             ("[[derive]]\nname = \"r\"\nsum = { u = 1, v = 1 }", &[]),
         ] {
             let expected: Vec<&str> = words.into_iter().filter(|word| !used.contains(word)).collect();
-            assert_eq!(left_out_of(text), expected, "{text}");
+            assert_eq!(left_out(&scene(text)), expected, "{text}");
         }
-        let mut several = scene("method = \"paper\"\n\n");
+        let mut several = scene("method = \"paper\"");
         several.volumes.push(several.volumes[0].clone());
-        let paper = left_out_by(&several);
-        assert_eq!(paper.last().unwrap(), "method \"paper\", which supports a single volume only");
+        assert_eq!(left_out(&several).last().unwrap(), "method \"paper\", which supports a single volume only");
     }
 }

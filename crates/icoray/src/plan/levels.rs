@@ -32,10 +32,7 @@ mod tests {
         let surface = "[[surfaces]]\ncolor = \"red\"\nlayer = ";
         let lines = "[[lines]]\npattern = \"cells\"\non = ";
         let clip = "[[lines]]\npattern = \"coast\"\n[[clip]]\ncut = \"inside\"\nlayers = ";
-        let scene = |text: &str| {
-            let head = "field = \"q\"\n[camera]\nlon = 0\nlat = 0\ndistance = 3\n";
-            Scene::parse(&format!("{head}{text}")).unwrap()
-        };
+        let scene = |text: &str| Scene::parse(&format!("field = 'q'\n{text}")).unwrap();
         for (text, key) in [
             (format!("{surface}9"), "surfaces.layer"),
             (format!("{lines}9"), "lines.on"),

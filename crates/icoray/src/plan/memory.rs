@@ -70,51 +70,35 @@ impl fmt::Display for FrameMemory {
     }
 }
 
-/// The conditions of rendering on which the memory of a frame depends.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Circumstances {
-    pub is_lit: bool,
-    /// Whether ranks have parts of the grid.
-    pub is_part: bool,
-    /// Whether rays are traced in packets.
-    pub has_packets: bool,
-    pub savings: Savings,
-}
-
-impl Circumstances {
-    /// The conditions of one process that draws a scene on this machine's CPU.
-    pub fn of(scene: &Scene) -> Self {
-        let savings = Savings::ALL;
-        Circumstances { is_lit: scene.lighting.is_some(), is_part: false, has_packets: packets().is_some(), savings }
-    }
-}
-
 impl Plan {
-    /// Bytes that a frame of the scene takes; with `counts_cells`, gradients count only for cells that rays can pass.
+    /// Bytes that a frame of the scene takes on the CPU, over a rank's part of the grid if `is_part`; with
+    /// `counts_cells`, gradients count only for cells that rays can pass.
     pub(crate) fn memory_with(
         &self,
         scene: &Scene,
         grid: &Grid,
-        with: Circumstances,
+        is_part: bool,
+        savings: Savings,
         counts_cells: bool,
     ) -> FrameMemory {
         let (half_edges, are_made) = grid.half_edge_bytes();
-        let walks = with.has_packets && self.walks_in_packets(scene, grid);
+        let has_packets = savings.lanes && packets().is_some() && Self::is_for_packets(scene);
+        let walks = has_packets && self.beyond_gathers(scene, grid).is_none();
+        let is_own = !is_part && scene.scenery.heights != Heights::Native;
+        let is_packed = is_own && savings.packing && self.allows_single_gradients(scene);
+        let is_partial = counts_cells && is_own && savings.gradients;
         FrameMemory {
             grid: grid.derived_bytes() as u64 - if are_made { half_edges } else { 0 },
             half_edges: if walks { half_edges } else { 0 },
             averages: self.average_bytes,
             derived: self.derived_bytes,
-            occupancy: self.occupancy_bytes(scene, grid, with),
-            gradients: if with.is_lit { self.gradient_bytes(scene, grid, with, counts_cells) } else { 0 },
+            occupancy: if savings.empty_space { self.occupancy_bytes(scene, grid) } else { 0 },
+            gradients: scene.lighting.map_or(0, |_| self.gradient_bytes(scene, grid, is_packed, is_partial)),
             picture: PIXEL * u64::from(scene.width) * u64::from(scene.height),
         }
     }
 
-    fn occupancy_bytes(&self, scene: &Scene, grid: &Grid, with: Circumstances) -> u64 {
-        if !with.savings.empty_space {
-            return 0;
-        }
+    fn occupancy_bytes(&self, scene: &Scene, grid: &Grid) -> u64 {
         let clear = |volume: &Volume| {
             let transfer = volume.opacity.as_ref().map_or(&volume.transfer, |opacity| &opacity.transfer);
             let (spans, all) = (Spans::<f64>::new(&KernelKnot::of(transfer, self.thickness())), [0.0, 1.0]);
@@ -128,10 +112,7 @@ impl Plan {
         (clear.map(words).sum::<usize>() * size_of::<u32>()) as u64
     }
 
-    fn gradient_bytes(&self, scene: &Scene, grid: &Grid, with: Circumstances, counts_cells: bool) -> u64 {
-        let is_own = !with.is_part && scene.scenery.heights != Heights::Native;
-        let is_packed = is_own && with.savings.packing && self.allows_single_gradients(scene);
-        let is_partial = counts_cells && is_own && with.savings.gradients;
+    fn gradient_bytes(&self, scene: &Scene, grid: &Grid, is_packed: bool, is_partial: bool) -> u64 {
         let cells = match is_partial {
             true => {
                 let seen = self.visible_cells(scene, grid);

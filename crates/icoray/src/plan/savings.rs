@@ -22,28 +22,23 @@ pub struct Savings {
 
 impl Savings {
     /// All of them.
-    pub const ALL: Self = Savings {
-        empty_space: true,
-        layers: true,
-        ends: true,
-        gradients: true,
-        packing: true,
-        lanes: true,
-        tiles: true,
-        reuse: true,
-    };
+    pub const ALL: Self = Self::each(true);
 
     /// None of them.
-    pub const NONE: Self = Savings {
-        empty_space: false,
-        layers: false,
-        ends: false,
-        gradients: false,
-        packing: false,
-        lanes: false,
-        tiles: false,
-        reuse: false,
-    };
+    pub const NONE: Self = Self::each(false);
+
+    const fn each(is_on: bool) -> Self {
+        Savings {
+            empty_space: is_on,
+            layers: is_on,
+            ends: is_on,
+            gradients: is_on,
+            packing: is_on,
+            lanes: is_on,
+            tiles: is_on,
+            reuse: is_on,
+        }
+    }
 }
 
 impl Default for Savings {

@@ -1,12 +1,12 @@
 //! Renders fields whose columns are distributed over ranks: each node gathers whole fields and draws from them.
 
+use super::RenderInputs;
+use super::Rendered;
 use super::draw;
-use super::rendered::Rendered;
 use super::renderer::Renderer;
 use crate::fields::Fields;
 use crate::plan::CELL_CORNER;
 use crate::ranks::{Decomposition, DistributedGrid, GatherInputs, NodeFields, Ranks};
-use crate::render_inputs::RenderInputs;
 use icoray_grid::{Grid, Layers, Result};
 use icoray_scene::Scene;
 use std::time::Instant;

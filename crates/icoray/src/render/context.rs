@@ -1,9 +1,8 @@
 //! A frame's scene, plan, grid and prepared fields.
 
-use super::devices::DeviceChoice;
 use super::frame_cache::{FrameCache, Range};
 use super::prepared_field::PreparedField;
-use super::renderer::Renderer;
+use super::renderer::{DeviceChoice, Renderer};
 use crate::plan::Plan;
 use crate::ranks::Part;
 use icoray_grid::{Grid, Layers};
@@ -39,7 +38,6 @@ pub(super) struct FrameContext<'f> {
     pub cache: &'f FrameCache,
     /// Bytes of averages, of moved layers and of derived fields.
     pub bytes_derived: usize,
-    /// Start of the frame.
     pub start: Instant,
 }
 
@@ -50,8 +48,8 @@ impl FrameContext<'_> {
         self.cache.range(&field.source(self.grid), || field.field().range())
     }
 
-    /// Whether the kernel's scene, with its gradients, is built in any case: for a single volume of a whole grid between
-    /// concentric layers a device needs none.
+    /// Whether the kernel's scene, with its gradients, is built in any case: for a single volume of a whole grid
+    /// between concentric layers a device needs none.
     pub fn needs_scene(&self) -> bool {
         self.device.is_err() || self.part.is_some() || self.has_scenery()
     }
@@ -61,13 +59,12 @@ impl FrameContext<'_> {
         self.heights.is_some() || !self.scene.has_single_volume()
     }
 
-    /// Least and greatest radius of the facets of a layer of `radius`, where edges are anti-aliased.
-    pub fn facets(&self, radius: f64) -> Option<[f64; 2]> {
-        let lowest = || match self.part {
+    /// Least radius of the facets of a layer that is a unit sphere.
+    pub fn lowest_facet(&self) -> f64 {
+        match self.part {
             Some(part) => part.region().lowest_facet(),
             None => self.renderer.run(|| self.grid.lowest_facet()),
-        };
-        self.scene.antialias.then(|| [radius * lowest(), radius])
+        }
     }
 
     /// The number of a field; `None` if the scene does not show it.

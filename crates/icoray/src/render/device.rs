@@ -1,17 +1,21 @@
 //! Traces tiles on a device; the CPU traces the tiles that the device returns.
 
 use super::context::FrameContext;
+use super::draw::BuiltScene;
+use super::lazy::Lazy;
+use super::prepare::FieldSummary;
 use super::work::{Painter, background_blend, ray};
 use crate::compose::TileFragments;
 use crate::device::{
-    Band, Device, DeviceCost, FallbackReason, Fragment, Fragments, GradientSource, Job, OwnedColumns, PaintedPlace,
-    RayFragments, Rect, Scenery, Traced, TracedFragment,
+    Band, Device, DeviceCost, FallbackReason, Fragment, Fragments, Job, OwnedColumns, PaintedPlace, RayFragments, Rect,
+    Scenery, Traced, TracedFragment,
 };
 use crate::plan::budget::brightest;
 use crate::raster::{Pixel, Raster, Tile, sample_points};
 use icoray_grid::{Error, Field};
 use icoray_kernel::piece::Radiance;
 use icoray_kernel::signature::BoundarySignature;
+use icoray_kernel::transfer::KernelKnot;
 use icoray_kernel::{Budget, Counts};
 use icoray_output::{DeviceReport, FrameReport};
 use icoray_scene::Quality;
@@ -33,29 +37,24 @@ impl<'f> OnDevice<'f> {
     pub fn new(
         context: &'f FrameContext<'f>,
         field: &'f Field<'f>,
-        gradients: &'f dyn GradientSource,
-        quality: Quality,
+        built: &'f Lazy<'_, BuiltScene<'_>>,
+        summary: &FieldSummary,
         has_ground: bool,
     ) -> Self {
-        let FrameContext { scene, plan, grid, part, .. } = *context;
-        let job = Job::new(scene, plan, grid, field, gradients, quality, part.is_some()).with_ground(has_ground);
-        let device = context.device.as_deref().map_err(Clone::clone);
-        OnDevice { device, job, spent: DeviceCost::default(), drew: None }
-    }
-
-    /// The same picture of a scene of more than one volume. `scenery` is called only if there is a device.
-    pub fn with_scenery(self, scenery: impl FnOnce() -> Result<Scenery, FallbackReason>) -> Self {
-        let device = match self.device {
-            Ok(device) => device,
-            Err(reason) => return OnDevice { device: Err(reason), ..self },
-        };
-        match scenery() {
-            Ok(scenery) => OnDevice { device: Ok(device), job: self.job.with_scenery(scenery), ..self },
-            Err(reason) => OnDevice { device: Err(Some(reason)), ..self },
+        let FrameContext { renderer, scene, plan, grid, part, .. } = *context;
+        let job = Job::new(scene, plan, grid, field, built, summary.quality, part.is_some());
+        let (mut device, mut scenery) = (context.device.as_deref().map_err(Clone::clone), None);
+        if device.is_ok() && context.has_scenery() {
+            let knots = KernelKnot::of(&scene.volumes[0].transfer, plan.thickness());
+            let range = |source| context.range(source).0;
+            match renderer.run(|| Scenery::new(&built.get().scene, &knots, summary.is_lit(), range)) {
+                Ok(found) => scenery = Some(found),
+                Err(reason) => device = Err(Some(reason)),
+            }
         }
+        OnDevice { device, job: job.with(scenery, has_ground), spent: DeviceCost::default(), drew: None }
     }
 
-    /// Whether there is a device.
     pub fn is_there(&self) -> bool {
         self.device.is_ok()
     }
@@ -188,7 +187,8 @@ fn fragments_of_band(job: &Job, band: &Fragments, painter: &Painter) -> Vec<(Til
     rays.into_par_iter().zip(found).zip(numbers).map(tile).collect()
 }
 
-/// The fragments of a ray with the light at painted places in them: a fragment that ends at one is joined with the next.
+/// The fragments of a ray with the light at painted places in them: a fragment that ends at one is joined with the
+/// next.
 fn joined(found: &[TracedFragment], brightest: f64, light: impl Fn(&PaintedPlace) -> Radiance<f64>) -> Vec<Fragment> {
     let mut joined = Vec::with_capacity(found.len());
     let mut front: Option<(f64, Radiance<f64>, BoundarySignature)> = None;

@@ -1,27 +1,26 @@
 //! Draws the picture of a scene: builds the kernel's scene, and its rays.
 
+use super::Rendered;
 use super::context::FrameContext;
 use super::device::OnDevice;
 use super::lazy::Lazy;
 use super::levels::LevelRays;
 use super::prepare::FieldSummary;
 use super::prepared_field::PreparedField;
-use super::rendered::Rendered;
 use super::work::{Painter, Work, budget};
 use super::{frame_cache, picture};
-use crate::device::Scenery;
 use crate::edges::Edges;
 use crate::ranks::Ranks;
 use icoray_grid::Result;
 use icoray_kernel::general::RaySettings;
 use icoray_kernel::ground::Ground;
 use icoray_kernel::shade::Shading;
-use icoray_kernel::transfer::KernelKnot;
 use icoray_kernel::{SceneTracer, Tracer};
 use icoray_output::{Colors, FrameReport};
-use icoray_scene::{Heights, Lights, Quality};
+use icoray_scene::{Lights, Quality};
 pub(super) use scene_builder::BuiltScene;
 use scene_builder::SceneBuilder;
+use std::iter;
 use terrain::Terrain;
 
 mod recorded_ray;
@@ -40,7 +39,6 @@ impl<'p, 'f> Work<'p, 'f> {
         }
     }
 
-    /// A tracer at a quality.
     pub(super) fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {
         // Before there are tiles, each of which would ask for them.
         self.get_ready();
@@ -74,50 +72,31 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     let FrameContext { renderer, scene, plan, .. } = *context;
     let field = &context.fields[0].field();
     let summary = FieldSummary::of(context, ranks)?;
-    let terrain = Terrain::new(context, ranks)?;
-    compare(context, ranks, &terrain)?;
-    let ground = Ground::new(scene);
-    let ground = ground.as_ref();
-    let mut built = Lazy::of(|| SceneBuilder::new(context, &terrain, &summary).build(ground));
-    complete(context, ranks, &mut built, summary.is_lit())?;
-    let mut on_device = OnDevice::new(context, field, &built, summary.quality, ground.is_some());
-    if context.has_scenery() {
-        on_device = on_device.with_scenery(|| {
-            let knots = KernelKnot::of(&scene.volumes[0].transfer, plan.thickness());
-            let range = |source| context.range(source).0;
-            renderer.run(|| Scenery::new(&built.get().scene, &knots, summary.is_lit(), range))
-        });
-    }
-    let radius = [terrain.core_radius[0], terrain.outer];
-    let [core, top] = radius.map(|radius| context.facets(radius));
-    let has_boundaries = scene.has_boundaries();
-    let core = core.filter(|_| scene.core.is_some() && !has_boundaries);
-    let top = top.filter(|_| scene.scenery.heights == Heights::Mean);
-    let edges = Edges::new(scene, core, top, has_boundaries);
     let is_alone = ranks.is_alone();
-    let levels = ranks.attempt(|| renderer.run(|| renderer.frame_cache.levels.levels(context, is_alone)));
-    let levels = ranks.collective(levels)?;
-    let inputs = levels.iter().map(|level| level.inputs(plan, scene.field())).collect::<Result<Vec<_>>>()?;
+    let levels = renderer.run(|| renderer.frame_cache.levels.levels(context, is_alone));
+    let inputs: Vec<_> = levels.iter().map(|level| level.inputs(plan, scene.field())).collect();
     let on_levels: Vec<_> = levels.iter().zip(&inputs).map(|(level, inputs)| level.context(context, inputs)).collect();
-    let terrains = on_levels.iter().map(|context| Terrain::new(context, ranks)).collect::<Result<Vec<_>>>()?;
-    let summary_of = &summary;
+    // The picture's own grid comes first.
+    let contexts: Vec<_> = iter::once(context).chain(&on_levels).collect();
+    let terrains = contexts.iter().map(|context| Terrain::new(context, ranks)).collect::<Result<Vec<_>>>()?;
+    compare(context, ranks, &terrains[0])?;
+    let (ground, summary_of) = (Ground::new(scene), &summary);
+    let ground = ground.as_ref();
     let build = |(context, terrain)| Lazy::of(move || SceneBuilder::new(context, terrain, summary_of).build(ground));
-    let scenes: Vec<_> = on_levels.iter().zip(&terrains).map(build).collect();
-    let work_on = |(context, built)| Work { context, built, radius, ground, edges: Edges::default(), levels: &[] };
-    let works: Vec<_> = on_levels.iter().zip(&scenes).map(work_on).collect();
-    let level_rays: Vec<&dyn LevelRays> = works.iter().map(|work| work as &dyn LevelRays).collect();
-    let work = Work { context, built: &built, radius, ground, edges, levels: &level_rays };
+    let mut scenes: Vec<_> = contexts.iter().copied().zip(&terrains).map(build).collect();
+    complete(context, ranks, &mut scenes[0], summary.is_lit())?;
+    let on_device = OnDevice::new(context, field, &scenes[0], &summary, ground.is_some());
+    let radius = [terrains[0].core_radius[0], terrains[0].outer];
+    let work = |(context, built)| Work { context, built, radius, ground, edges: Edges::default(), levels: &[] };
+    let works: Vec<_> = on_levels.iter().zip(&scenes[1..]).map(work).collect();
+    let level_rays: Vec<_> = works.iter().map(|work| work as &dyn LevelRays).collect();
+    let edges = Edges::new(scene, radius, || context.lowest_facet());
+    let work = Work { edges, levels: &level_rays, ..work((context, &scenes[0])) };
     let mut rendered = picture::draw(&work, ranks, &summary, on_device)?;
-    for (built, level) in scenes.into_iter().zip(levels.iter()) {
-        rendered.report_mut().bytes_derived += level.bytes();
-        if let Some(built) = built.into_known() {
-            rendered.report_mut().bytes_derived += built.bytes();
-            level.keep(built);
-        }
-    }
-    if let Some(built) = built.into_known() {
-        rendered.report_mut().bytes_derived += built.bytes();
-        built.keep(&renderer.frame_cache);
+    for (context, built) in contexts.into_iter().zip(scenes) {
+        let built = built.into_known();
+        rendered.report_mut().bytes_derived += context.bytes_derived + built.as_ref().map_or(0, BuiltScene::bytes);
+        built.into_iter().for_each(|built| built.keep(context.cache));
     }
     fill_report(context, ranks, rendered.report_mut());
     Ok(rendered)
@@ -125,8 +104,7 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
 
 /// Adds what a frame knows of its fields, colours, threads and ranks to its report.
 fn fill_report(context: &FrameContext, ranks: &Ranks, report: &mut FrameReport) {
-    let FrameContext { renderer, asked, scene, fields, has_whole, sharing, bytes_derived, .. } = *context;
-    report.bytes_derived += bytes_derived;
+    let FrameContext { renderer, asked, scene, fields, has_whole, sharing, .. } = *context;
     report.threads = renderer.threads();
     report.ranks.count = ranks.size();
     report.colors = Colors::of(asked, scene);

@@ -3,7 +3,7 @@
 
 use super::levels::LevelCache;
 use crate::plan::FrameMemory;
-use icoray_grid::gradient::{Gradients, PartialGradients};
+use icoray_grid::gradient::PartialGradients;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::{CenterField, Field, Grid};
 use std::sync::{Mutex, PoisonError, Weak};
@@ -39,7 +39,6 @@ pub(super) struct OccupancyKey {
     pub leaps: bool,
 }
 
-/// Key of gradients.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct GradientKey {
     pub source: SourceKey,
@@ -66,7 +65,6 @@ pub(super) struct MovedKey {
     pub wanted: Vec<f64>,
 }
 
-/// Key of the normals of a layer.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct NormalKey {
     /// Heights of layers, and planet radii per metre of height.
@@ -106,13 +104,6 @@ impl<K: PartialEq, V> CacheSlots<K, V> {
         if found.is_some() && self.reuses { Ok(value) } else { Err(Some(value)) }
     }
 
-    /// The result of `of` for the most recent value.
-    #[cfg(test)]
-    pub fn newest<R>(&self, of: impl FnOnce(&K, &V) -> R) -> Option<R> {
-        let entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
-        entries.last().map(|(key, value)| of(key, value))
-    }
-
     /// The bytes of all values.
     pub fn bytes(&self, of: impl Fn(&V) -> usize) -> u64 {
         let entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
@@ -133,11 +124,9 @@ pub(super) struct FrameCache {
     pub averages: CacheSlots<SourceKey, CenterField>,
     /// Fields on other layers than their own.
     pub moved: CacheSlots<MovedKey, CenterField>,
-    /// Visible blocks.
     pub visible: CacheSlots<OccupancyKey, OccupancyMask>,
     /// Gradients of the cells that rays of the pictures so far could pass.
     pub gradients: CacheSlots<GradientKey, PartialGradients>,
-    /// Normals of layers.
     pub normals: CacheSlots<NormalKey, Vec<[f32; 3]>>,
     /// Coarser grids, with the last picture's values.
     pub levels: LevelCache,
@@ -169,12 +158,6 @@ impl FrameCache {
         }
     }
 
-    /// The gradients cached for `key`; of no cell if there are none.
-    pub fn known_gradients(&self, key: &GradientKey) -> PartialGradients {
-        let none = || PartialGradients::from(Gradients::none());
-        self.gradients.take(key).unwrap_or_else(|memory| memory.unwrap_or_else(none).of_none())
-    }
-
     /// The range of the field; calls `find` if it is not cached.
     pub fn range(&self, source: &SourceKey, find: impl FnOnce() -> Range) -> Range {
         let range = self.ranges.take(source).unwrap_or_else(|_| find());
@@ -186,7 +169,9 @@ impl FrameCache {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icoray_grid::{IcosahedralMesh, Location};
+    use crate::render::Renderer;
+    use icoray_grid::{IcosahedralMesh, Layers, Location};
+    use icoray_scene::Scene;
 
     /// Values are found again for copies of the field over the same grid, once they were stored, and for no other.
     #[test]
@@ -214,26 +199,31 @@ mod tests {
         assert_eq!(finds(&cache.with_reuse(false), &grids[1], &other), 1);
     }
 
+    /// A close-up computes a few cells' gradients; the next view adds those that it needs besides, and the same view
+    /// none.
     #[test]
-    fn memory_of_another_field_is_given_on() {
-        let mesh = IcosahedralMesh::new(2).unwrap();
+    fn each_view_adds_the_gradients_that_it_needs() {
+        let mesh = IcosahedralMesh::new(5).unwrap();
         let grid = Grid::new(mesh.tables()).unwrap();
-        let values = vec![0.5f32; 2 * grid.cells()];
-        let field = || Field::level_fastest(&values, 2, Location::Center).unwrap();
-        let key = |clear: f64| OccupancyKey {
-            source: SourceKey::new(&grid, &field()),
-            falling: false,
-            clear: vec![[clear.to_bits(); 2]],
-            leaps: false,
-        };
-        let cache = FrameCache::default();
-        let first = key(0.1);
-        let found = OccupancyMask { blocks: vec![7; 9], ..cache.visible.take(&first).unwrap_err().unwrap_or_default() };
-        let place = found.blocks.as_ptr();
-        cache.visible.store(first.clone(), found);
-        let known = cache.visible.take(&first).expect("it is cached");
-        cache.visible.store(first, known);
-        let found = cache.visible.take(&key(0.1)).unwrap_err().unwrap();
-        assert_eq!((found.blocks.as_ptr(), found.blocks.len()), (place, 9));
+        let layers = Layers::from_heights(&[0.0, 100e3, 200e3], 6.371e6).unwrap();
+        let values: Vec<f32> = (0..mesh.cells() * 3).map(|i| (i as f32 * 0.37).sin().abs()).collect();
+        let field = Field::level_fastest(&values, 3, Location::Center).unwrap();
+        let renderer = Renderer::new(1).unwrap();
+        let computed = ["lon = 10, lat = 20", "lon = 10, lat = 20", "lon = 200, lat = -30"].map(|place| {
+            let scene = Scene::parse(&format!(
+                "field = 'f'
+                 image = {{ width = 24, height = 24 }}
+                 camera = {{ {place}, distance = 1.5, fov = 20 }}
+                 light = {{ kind = 'headlight' }}
+                 transfer = {{ range = [0, 1], opacity = [[0, 0.5], [1, 0.5]] }}"
+            ));
+            renderer.render(&scene.unwrap(), &grid, &layers, &field).unwrap();
+            let entries = renderer.frame_cache.gradients.entries.lock().unwrap();
+            entries.last().expect("the gradients of the last picture").1.computed_cells(grid.cells())
+        });
+        let [first, again, both] = computed;
+        assert!(first > 50 && first < grid.cells() / 10, "{first} of {}", grid.cells());
+        assert_eq!(first, again);
+        assert!(both > first + 50 && both < grid.cells() / 5, "{both} of {}", grid.cells());
     }
 }

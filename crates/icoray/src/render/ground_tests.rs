@@ -3,25 +3,20 @@
 use crate::device::{Band, Device, DeviceCost, FallbackReason, Fragments, Job, OwnedColumns};
 use crate::plan::Savings;
 use crate::plan::budget::allowed;
-use crate::ranks::tests::{on_ranks, picture};
 use crate::render::Renderer;
 use glam::DVec3;
 use icoray_grid::grid::unit_vector;
 use icoray_grid::{Field, Grid, IcosahedralMesh, Layers, Location};
 use icoray_kernel::ground::{Ground, SurfaceHit};
 use icoray_output::Frame;
-use icoray_scene::{Backend, Camera, Level, Lines, Pattern, Quality, Scene, Scheme};
+use icoray_scene::{Backend, Camera, Level, Lines, Pattern, Quality, Scene};
 use std::sync::Arc;
 
 const LAND: [f64; 3] = [0.5, 0.25, 0.125];
 const SEA: [f64; 3] = [0.0, 0.125, 0.5];
 
 fn scene() -> Scene {
-    Scene::parse(
-        "field = \"q\"\n[image]\nwidth = 160\nheight = 160\n[camera]\nlon = 0\nlat = 0\ndistance = 3\nfov = 40\n\
-         [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.0], [1, 0.0]]\n",
-    )
-    .unwrap()
+    Scene::parse("field = 'q'\ntransfer = { range = [0, 1], opacity = [[0, 0], [1, 0]] }").unwrap()
 }
 
 fn lines(pattern: Pattern, width_px: f64) -> Lines {
@@ -41,17 +36,13 @@ fn earth(size: u32) -> Scene {
     scene
 }
 
-/// The pictures, drawn by all ranks together.
-fn draw(scene: &Scene, renderer: impl Fn() -> Renderer + Sync, ranks: usize) -> Frame {
+fn draw(scene: &Scene, renderer: &Renderer) -> Frame {
     let mesh = IcosahedralMesh::new(4).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
     let layers = Layers::from_heights(&[0.0, 10e3, 20e3], 6.371e6).unwrap();
     let values: Vec<f32> = (0..mesh.cells() * 3).map(|i| (i as f32 * 0.37).sin().abs()).collect();
-    let drawn = on_ranks(ranks, |ranks| {
-        let grid = Grid::new(mesh.tables()).unwrap();
-        let field = Field::level_fastest(&values, 3, Location::Center).unwrap();
-        renderer().render_over(ranks, scene, &grid, &layers, &field).unwrap()
-    });
-    picture(drawn).0
+    let field = Field::level_fastest(&values, 3, Location::Center).unwrap();
+    renderer.render(scene, &grid, &layers, &field).unwrap()
 }
 
 fn plainly() -> Renderer {
@@ -72,26 +63,20 @@ fn pixel(scene: &Scene, frame: &Frame, lon: f64, lat: f64) -> [f32; 4] {
 
 #[test]
 fn land_and_sea_are_shown_through_a_clear_shell() {
-    let mut scene = earth(97);
+    let scene = earth(97);
     let as_pixel = |[r, g, b]: [f64; 3]| [r as f32, g as f32, b as f32, 1.0];
-    let frame = draw(&scene, plainly, 1);
+    let frame = draw(&scene, &plainly());
     for (color, lon, lat) in [(LAND, 2.35, 48.86), (LAND, 20.0, 25.0), (SEA, -20.0, 50.0), (SEA, 18.0, 35.0)] {
         assert_eq!(pixel(&scene, &frame, lon, lat), as_pixel(color), "{lon} {lat}");
     }
-    let one_by_one = || plainly().with_savings(Savings { lanes: false, ..Savings::ALL });
-    assert_eq!(draw(&scene, one_by_one, 1).pixels, frame.pixels, "ray by ray");
-    scene.ranks = Scheme::Tiles;
-    assert_eq!(draw(&scene, plainly, 3).pixels, frame.pixels, "in tiles");
-    scene.ranks = Scheme::Fragments;
-    for (a, b) in draw(&scene, plainly, 3).pixels.iter().zip(&frame.pixels) {
-        (0..4).for_each(|k| assert!((a[k] - b[k]).abs() < 1e-6, "of fragments: {a:?}, {b:?}"));
-    }
+    let one_by_one = plainly().with_savings(Savings { lanes: false, ..Savings::ALL });
+    assert_eq!(draw(&scene, &one_by_one).pixels, frame.pixels, "ray by ray");
 }
 
 #[test]
 fn the_coast_is_smooth() {
     let scene = Scene { antialias: false, ..earth(97) };
-    let frame = draw(&scene, plainly, 1);
+    let frame = draw(&scene, &plainly());
     // Red is a measure of land: nothing but that lies between.
     let between = frame.pixels.iter().filter(|p| p[3] == 1.0 && p[0] > 0.01 && p[0] < 0.49);
     let (mut count, mut sum) = (0, 0.0);
@@ -108,13 +93,13 @@ fn the_coast_is_smooth() {
 fn lines_on_the_ground_are_lit_as_the_ground_is() {
     let mut scene = earth(129);
     scene.scenery.lines = vec![lines(Pattern::Graticule { spacing_deg: 30.0 }, 3.0)];
-    let unlit = draw(&scene, plainly, 1);
+    let unlit = draw(&scene, &plainly());
     assert_eq!(pixel(&scene, &unlit, 0.0, 45.0), [1.0; 4]);
     let headlight = "light = { kind = \"headlight\", ambient = 0.2, diffuse = 0.7 }";
     scene.lighting = Scene::parse(headlight).unwrap().lighting;
-    let lit = draw(&scene, plainly, 1);
-    let bare = draw(&Scene { scenery: earth(129).scenery, ..scene.clone() }, plainly, 1);
-    let ground = draw(&earth(129), plainly, 1);
+    let lit = draw(&scene, &plainly());
+    let bare = draw(&Scene { scenery: earth(129).scenery, ..scene.clone() }, &plainly());
+    let ground = draw(&earth(129), &plainly());
     for [lon, lat] in [[0.0, 45.0], [-30.0, 40.0], [30.0, 30.0]] {
         let on_line = pixel(&scene, &lit, lon, lat)[2];
         let plain = pixel(&scene, &bare, lon, lat)[2];
@@ -178,10 +163,10 @@ impl Device for Idle {
 fn devices_trace_fragments_over_grounds() {
     let mut scene = earth(33);
     scene.backend = Backend::Gpu;
-    let renderer = || plainly().with_device(Arc::new(Idle));
-    let frame = draw(&scene, renderer, 1);
+    let renderer = plainly().with_device(Arc::new(Idle));
+    let frame = draw(&scene, &renderer);
     let reason = frame.report.device.left_to_cpu.unwrap();
     assert_eq!(reason, "fragments over 5120 triangles");
     scene.scenery = icoray_scene::Scenery::default();
-    assert_eq!(draw(&scene, renderer, 1).report.device.left_to_cpu.unwrap(), "pixels");
+    assert_eq!(draw(&scene, &renderer).report.device.left_to_cpu.unwrap(), "pixels");
 }

@@ -7,21 +7,21 @@
 //! pictures.
 
 use super::context::FrameContext;
-use super::draw::BuiltScene;
 use super::frame_cache::{FrameCache, SourceKey};
 use super::prepared_field::PreparedField;
 use super::work::Work;
 use crate::plan::Plan;
 use glam::DVec3;
 use icoray_grid::deviation::GridPair;
-use icoray_grid::{CellsOver, CoarseGrid, Field, Grid, Location, OwnedReals, Reals, Result};
+use icoray_grid::{CellsOver, CoarseGrid, Field, Grid, Location, OwnedReals, Reals};
 use icoray_kernel::transfer::KernelKnot;
 use icoray_kernel::{Deviations, Tracer};
 use icoray_scene::{Lights, Method, Precision, Quality};
 use rayon::prelude::*;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-/// Minimum number of cells of a level, and of a grid that has levels, which leave out the one of a quarter of the cells.
+/// Minimum number of cells of a level, and of a grid that has levels, which leave out the one of a quarter of the
+/// cells.
 const MIN_CELLS: usize = 8_000;
 
 /// Level of a grid: a coarser grid.
@@ -67,15 +67,14 @@ struct Known {
 
 impl LevelCache {
     /// The levels of a picture's values, the finest first; none if the picture does not use them.
-    pub fn levels(&self, context: &FrameContext, is_alone: bool) -> Result<Arc<[Level]>> {
+    pub fn levels(&self, context: &FrameContext, is_alone: bool) -> Arc<[Level]> {
         let FrameContext { scene, plan, grid, .. } = *context;
-        let none = || Ok(Arc::default());
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if known.grid.strong_count() == 0 {
             (known.grids, known.levels) = (Vec::new(), None);
         }
         if !is_alone || !is_supported(context) {
-            return none();
+            return Arc::default();
         }
         let source = context.fields[0].source(grid);
         let knots = KernelKnot::of(&scene.volumes[0].transfer, plan.thickness());
@@ -83,17 +82,16 @@ impl LevelCache {
         let has_budget = scene.time_budget_ms.is_some();
         let was_drawn = !has_budget && known.last.replace(key.clone()).as_ref() == Some(&key);
         match &known.levels {
-            Some((of, levels)) if *of == key => return Ok(levels.clone()),
-            _ if !was_drawn => return none(),
+            Some((of, levels)) if *of == key => return levels.clone(),
+            _ if !was_drawn => return Arc::default(),
             _ => {}
         }
         if !known.grid.ptr_eq(&grid.lifetime_token()) {
             (known.grid, known.grids) = (grid.lifetime_token(), grids(grid));
         }
-        let levels: Arc<[Level]> =
-            known.grids.iter().map(|of| Level::new(context, of.clone(), &key)).collect::<Result<_>>()?;
+        let levels: Arc<[Level]> = known.grids.iter().map(|of| Level::new(context, of.clone(), &key)).collect();
         known.levels = Some((key, levels.clone()));
-        Ok(levels)
+        levels
     }
 }
 
@@ -133,7 +131,7 @@ fn grids(grid: &Grid) -> Vec<Arc<LevelGrid>> {
 
 impl Level {
     /// Copies the values of a picture's field at the cells of a level, and finds how far all others are from these.
-    fn new(context: &FrameContext, grid: Arc<LevelGrid>, key: &LevelKey) -> Result<Self> {
+    fn new(context: &FrameContext, grid: Arc<LevelGrid>, key: &LevelKey) -> Self {
         let field = context.fields[0].field();
         let (cells, layers) = (grid.coarse.cells(), key.radius.len());
         let mut values = vec![0.0; cells.len() * layers];
@@ -152,18 +150,14 @@ impl Level {
             over: &grid.over,
         };
         let deviations = Deviations::new(&pair, &key.knots);
-        Ok(Level { grid, values, number: field.number(), layers, deviations, cache: FrameCache::default() })
-    }
-
-    /// The grid.
-    pub fn grid(&self) -> &Grid<'_> {
-        self.grid.coarse.grid()
+        Level { grid, values, number: field.number(), layers, deviations, cache: FrameCache::default() }
     }
 
     /// The plan of a picture on the level, and the values of the field of this name there.
-    pub fn inputs(&self, fine: &Plan, name: &str) -> Result<(Plan, PreparedField<'_>)> {
-        let field = Field::level_fastest(self.values.as_reals(), self.layers, Location::Center)?;
-        Ok((fine.lifted(self.deviations.lift()), PreparedField::at_centers(name, field.numbered(self.number))))
+    pub fn inputs(&self, fine: &Plan, name: &str) -> (Plan, PreparedField<'_>) {
+        let field = Field::level_fastest(self.values.as_reals(), self.layers, Location::Center);
+        let field = field.expect("the values were made for these layers").numbered(self.number);
+        (fine.lifted(self.deviations.lift()), PreparedField::at_centers(name, field))
     }
 
     /// The context of a picture on the level, from its [inputs](Self::inputs).
@@ -174,22 +168,17 @@ impl Level {
     ) -> FrameContext<'f> {
         FrameContext {
             plan,
-            grid: self.grid(),
+            grid: self.grid.coarse.grid(),
             fields: std::slice::from_ref(field),
             deviations: Some(&self.deviations),
             cache: &self.cache,
+            bytes_derived: self.bytes(),
             device: Err(None),
             ..*fine
         }
     }
 
-    /// Stores what the next picture on the level may reuse.
-    pub fn keep(&self, built: BuiltScene) {
-        built.keep(&self.cache);
-    }
-
-    /// Bytes of memory.
-    pub fn bytes(&self) -> usize {
+    fn bytes(&self) -> usize {
         let LevelGrid { coarse, over } = &*self.grid;
         coarse.bytes() + over.bytes() + self.values.bytes() + self.deviations.bytes()
     }
@@ -197,7 +186,6 @@ impl Level {
 
 /// The rays of a picture on a level.
 pub(super) trait LevelRays: Sync {
-    /// A tracer at a quality.
     fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_>;
 
     /// The error of a ray besides that of the tracer.

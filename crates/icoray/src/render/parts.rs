@@ -104,7 +104,7 @@ impl Work<'_, '_> {
                 let start = Instant::now();
                 let places = sample_points(tiling, *tile);
                 let (mut fragments, mut counts) = (TileFragments::of_rays(places.len()), Counts::default());
-                let mut rays = primary_rays(self.context.scene, &places);
+                let mut rays = primary_rays(self.context.scene, &places, || false);
                 tracer.fragments(part.region(), &mut rays, &mut counts, &mut |ray, of_ray| fragments.add(ray, of_ray));
                 keep(*tile, &fragments, counts, start.elapsed().as_secs_f32());
             });
@@ -112,8 +112,8 @@ impl Work<'_, '_> {
         traced.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Traces tiles of a whole grid on the device as fragments, with lines and grounds in them, and composites their rays.
-    /// Returns the tiles that are left to the CPU.
+    /// Traces tiles of a whole grid on the device as fragments, with lines and grounds in them, and composites their
+    /// rays. Returns the tiles that are left to the CPU.
     pub(super) fn trace_painted(
         &self,
         quality: &Quality,
@@ -124,7 +124,7 @@ impl Work<'_, '_> {
     ) -> Vec<u32> {
         let grid = self.context.grid;
         let triangles: Vec<bool> = (0..grid.triangles() as u32).map(|triangle| grid.is_triangle(triangle)).collect();
-        let lowest_facet = self.context.renderer.run(|| grid.lowest_facet());
+        let lowest_facet = self.context.lowest_facet();
         let own = OwnedColumns { triangles: &triangles, lowest_facet, middle: [0.0; 3], reach: f64::INFINITY };
         let composer = self.composer(quality);
         let compose = |number: u32, fragments: &TileFragments, counts: Counts| {
@@ -141,7 +141,7 @@ impl Work<'_, '_> {
         on_device.fragments(quality, raster, tiles, (&own, &*self.painter(quality)), &compose)
     }
 
-    fn composer(&self, quality: &Quality) -> Composer<'_> {
+    pub(super) fn composer(&self, quality: &Quality) -> Composer<'_> {
         let FrameContext { scene, plan, .. } = *self.context;
         Composer {
             radius: self.radius,
@@ -151,22 +151,14 @@ impl Work<'_, '_> {
         }
     }
 
-    /// Composites the rays of this rank's tiles and passes each tile on when it is done.
-    pub(super) fn compose_tiles(
+    /// Composites the rays of a tile.
+    pub(super) fn tile(
         &self,
-        quality: &Quality,
+        composer: &Composer,
         tiling: &dyn Tiling,
-        fragments: &Fragments,
-        give: &(dyn Fn(Tile) + Sync),
-    ) {
-        let composer = self.composer(quality);
-        let tiles: Vec<_> = fragments.iter().collect();
-        tiles.into_par_iter().with_max_len(1).for_each(|(number, received)| {
-            give(self.tile(&composer, tiling, *number, &mut received.clone()));
-        });
-    }
-
-    fn tile(&self, composer: &Composer, tiling: &dyn Tiling, number: u32, received: &mut [ReceivedTile]) -> Tile {
+        number: u32,
+        received: &mut [ReceivedTile],
+    ) -> Tile {
         let start = Instant::now();
         let mut counts = Counts::default();
         let mut rays: Vec<Pixel> = Vec::with_capacity(tiling.pixels_of(number) * tiling.rays_per_pixel());

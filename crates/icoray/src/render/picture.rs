@@ -1,18 +1,17 @@
 //! Draws the picture of prepared rays: distributes tiles over ranks, traces and gathers them.
 
+use super::Rendered;
 use super::context::FrameContext;
 use super::device::OnDevice;
 use super::prepare::FieldSummary;
-use super::rendered::Rendered;
-use super::round::{Cost, Rounds};
-use super::samples::{Manner, Sampled};
-use super::work::{Work, certainty, notes};
+use super::round::Rounds;
+use super::work::{Work, certainty};
 use crate::cells_per_pixel::cells_per_pixel;
 use crate::ranks::{FrameSummary, Ranks};
 use crate::raster::Raster;
+use crate::sampling::Sampled;
 use icoray_grid::Result;
 use icoray_output::{ErrorSummary, Frame, FrameReport, Legend, RanksReport, SamplingReport, Timing};
-use icoray_scene::Quality;
 use icoray_scene::name::Stamp;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -47,16 +46,17 @@ pub(super) fn draw(
     let quality = assignment.quality;
     let raster = Raster { step: quality.pixel_step, ..work.raster() };
     let picked_s = start.elapsed().as_secs_f64();
-    let mut rounds = Rounds { work, on_device: &mut on_device, cost: Cost::default() };
-    let drawn = rounds.whole(ranks, raster, &assignment)?;
-    let drawn = if scene.time_budget_ms.is_none() { rounds.refined(ranks, raster, quality, drawn)? } else { drawn };
-    let level = if scene.time_budget_ms.is_none() { 0 } else { quality.level };
-    let further = Quality { level, ..quality };
-    let sampled = rounds.samples(ranks, Manner { raster, quality: further, deadline }, drawn)?;
-    let cost = rounds.cost;
+    let between_ranks = RanksReport::default();
+    let mut rounds =
+        Rounds { work, on_device: &mut on_device, raster, quality, deadline, render_s: 0.0, between_ranks };
+    let progress = renderer.progress.as_ref();
+    let drawn = rounds.trace(ranks, &raster, &assignment, progress, |tiles| raster.assemble(tiles))?;
+    let drawn = rounds.refined(ranks, drawn)?;
+    let sampled = rounds.samples(ranks, drawn)?;
+    let Rounds { render_s, between_ranks, .. } = rounds;
     let mut picture = None;
-    let summary = sampled.and_then(|sampled| {
-        let mut summary = FrameSummary { ranks: cost.ranks, ..FrameSummary::default() };
+    let summary = ranks.attempt(|| {
+        let mut summary = FrameSummary { ranks: between_ranks, ..FrameSummary::default() };
         let Some(Sampled { drawn: (drawn, counts), edge_pixels, rays_per_pixel, error: off, summary: reported }) =
             sampled
         else {
@@ -67,9 +67,8 @@ pub(super) fn draw(
         let colors = || drawn.par_iter().map(|p| p.color).collect();
         let pixels: Vec<_>;
         (summary.error, pixels) = renderer.run(|| rayon::join(summarize, colors));
-        summary.counts = counts;
-        summary.edge_pixels = edge_pixels;
-        let cells_per_pixel = ranks.attempt(|| Ok(cells_per_pixel(scene, grid, part, work.radius)))?;
+        (summary.counts, summary.edge_pixels) = (counts, edge_pixels);
+        let cells_per_pixel = cells_per_pixel(scene, grid, part, work.radius);
         summary.sampling = SamplingReport { samples: scene.samples, rays_per_pixel, error: reported, cells_per_pixel };
         picture = Some((pixels, error, off));
         Ok(summary)
@@ -77,7 +76,7 @@ pub(super) fn draw(
     let summary = ranks.conclude(summary)?;
     let mut report = FrameReport {
         error: summary.error,
-        timing: Timing { prepare_s, render_s: picked_s + cost.render_s, ..Timing::default() },
+        timing: Timing { prepare_s, render_s: picked_s + render_s, ..Timing::default() },
         counts: summary.counts,
         value_range: *value_range,
         missing_values: *missing_values,
@@ -87,7 +86,7 @@ pub(super) fn draw(
         edge_pixels: summary.edge_pixels,
         ranks: RanksReport {
             tiles: assignment.tiles_of(ranks.rank()).len(),
-            compose_s: cost.ranks.compose_s,
+            compose_s: between_ranks.compose_s,
             ..summary.ranks
         },
         ..FrameReport::default()
@@ -96,6 +95,12 @@ pub(super) fn draw(
     let Some((pixels, error, sampling_error)) = picture else {
         return Ok(Rendered::AtRoot(report));
     };
+    let [low, high] = scene.volumes[0].transfer.range();
+    let notes = vec![
+        ("transfer range", format!("{low} to {high}")),
+        ("camera", scene.camera.describe()),
+        ("exaggeration", scene.exaggeration.to_string()),
+    ];
     Ok(Rendered::Here(Frame {
         width: scene.width,
         height: scene.height,
@@ -105,7 +110,7 @@ pub(super) fn draw(
         field: scene.field().to_owned(),
         descriptions: BTreeMap::new(),
         legend: Legend::of(scene, &plan.radius),
-        notes: notes(scene),
+        notes,
         stamp: Stamp::default(),
         report,
     }))

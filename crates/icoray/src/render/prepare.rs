@@ -2,7 +2,6 @@
 
 use super::context::FrameContext;
 use super::work::requested_quality;
-use crate::plan::Circumstances;
 use crate::ranks::{Part, Ranks};
 use crate::time_budget::Deadline;
 use icoray_grid::gradient::{self, GradientOptions, Gradients, PreparedSample};
@@ -63,8 +62,8 @@ impl FieldSummary {
     }
 }
 
-/// Computes gradients over a 64th of the cells, whose time is measured. If there is no memory for them, the frame itself
-/// reports that.
+/// Computes gradients over a 64th of the cells, whose time is measured. If there is no memory for them, the frame
+/// itself reports that.
 fn some_gradients<S: PreparedSample>(context: &FrameContext, data: &[S]) {
     let FrameContext { scene, plan, grid, .. } = *context;
     let samples = &Samples::new(data, &context.fields[0].field(), plan.falling, [0.0, 1.0]);
@@ -79,14 +78,8 @@ fn check_memory(context: &FrameContext) -> Result<()> {
     if !context.needs_scene() {
         return Ok(());
     }
-    let with = Circumstances {
-        is_lit: scene.lighting.is_some(),
-        is_part: part.is_some(),
-        has_packets: renderer.vectors().is_some(),
-        savings: renderer.savings,
-    };
     let fits = |counts_cells: bool| {
-        let all = plan.memory_with(scene, grid, with, counts_cells);
+        let all = plan.memory_with(scene, grid, part.is_some(), renderer.savings, counts_cells);
         renderer.frame_cache.missing(all, grid).require(renderer.memory_limit)
     };
     // Counts cells only if gradients at all of them do not fit.

@@ -1,11 +1,11 @@
 //! Prepares the fields that a scene shows: averages them to cell centres and moves them to the layers of the first.
 //! Heights of columns are averaged to cell centres.
 
+use super::RenderInputs;
 use super::frame_cache::{FrameCache, MovedKey, SourceKey};
 use super::renderer::Renderer;
 use crate::plan::Plan;
 use crate::ranks::{HAS_WHOLE, Ranks};
-use crate::render_inputs::RenderInputs;
 use icoray_grid::heights::check_corners;
 use icoray_grid::{CenterField, Field, Grid, Location, Reals, Result};
 use icoray_scene::Heights;
@@ -82,25 +82,21 @@ impl Renderer {
         given: &RenderInputs<'f>,
         has_whole: bool,
     ) -> Result<Vec<PreparedField<'f>>> {
-        let RenderInputs { scene, grid, part, layers, fields } = *given;
+        let RenderInputs { scene, grid, layers, fields, .. } = *given;
         let mut prepared: Vec<PreparedField> = Vec::new();
         for name in scene.shown_fields() {
             let is_first = prepared.is_empty();
-            let found = ranks.attempt(|| {
-                let given = *fields.get(name)?;
-                Plan::check(name, grid, layers, &given)?;
-                let average = self.average(grid, &given)?;
-                Ok(PreparedField { name: name.to_owned(), given, average, moved: None })
-            });
+            let check = || {
+                let field = fields.get(name)?;
+                Plan::check(name, grid, layers, field)?;
+                Ok(field)
+            };
             // Ranks with fields at different locations would wait for each other's halos for ever.
             let facts = |field: &PreparedField| {
                 let layout = (!is_first).then(|| ("has", described(&format!("{name:?}"), &field.given)));
                 layout.into_iter().chain(has_whole.then(|| field.values_fact())).collect()
             };
-            let mut field = ranks.agree_all(found, facts)?;
-            if let (Some(part), Some(average)) = (part, &mut field.average) {
-                part.fill_averages(ranks, average)?;
-            }
+            let mut field = self.prepare(ranks, given, name, check, facts)?;
             let count = field.given.shape().layers;
             let wanted = prepared.first().map_or(count, |first| first.given.shape().layers);
             if count != wanted {
@@ -131,34 +127,46 @@ impl Renderer {
         if scene.scenery.heights == Heights::Mean {
             return Ok(None);
         }
-        let found = ranks.attempt(|| {
-            let given = *fields.heights().expect("a scene's needed fields include its heights");
-            if given.location() == Location::Corner {
+        let check = || {
+            let heights = fields.heights().expect("a scene's needed fields include its heights");
+            if heights.location() == Location::Corner {
                 let owns = |cell: usize| part.is_none_or(|part| part.owns(cell));
-                self.run(|| check_corners(grid, &given, layers, owns))?;
+                self.run(|| check_corners(grid, heights, layers, owns))?;
             }
-            let average = self.average(grid, &given)?;
-            Ok(PreparedField { name: "heights".to_owned(), given, average, moved: None })
-        });
+            Ok(heights)
+        };
         // Only ranks with averages exchange their halos.
         let facts = |heights: &PreparedField| match heights.average {
             Some(_) => vec![("has", described("heights", &heights.given))],
             None => vec![("has", "heights at centres".to_owned())],
         };
-        let mut heights = ranks.agree_all(found, facts)?;
-        if let (Some(part), Some(average)) = (part, &mut heights.average) {
-            part.fill_averages(ranks, average)?;
-        }
-        Ok(Some(heights))
+        self.prepare(ranks, given, "heights", check, facts).map(Some)
     }
 
-    /// The average of a field at corners; `None` for one at centres.
-    fn average(&self, grid: &Grid, field: &Field) -> Result<Option<CenterField>> {
-        let average = || {
-            let cached = self.frame_cache.averages.take(&SourceKey::new(grid, field));
-            cached.or_else(|memory| CenterField::average_in(grid, field, memory))
-        };
-        (field.location() == Location::Corner).then(|| self.run(average)).transpose()
+    /// The field that `check` returns, averaged to cell centres if it is at corners; its `facts` are equal on all
+    /// ranks. Collective.
+    fn prepare<'f>(
+        &self,
+        ranks: &mut Ranks,
+        RenderInputs { grid, part, .. }: &RenderInputs<'f>,
+        name: &str,
+        check: impl FnOnce() -> Result<&'f Field<'f>>,
+        facts: impl FnOnce(&PreparedField) -> Vec<(&'static str, String)>,
+    ) -> Result<PreparedField<'f>> {
+        let found = ranks.attempt(|| {
+            let given = *check()?;
+            let average = || {
+                let cached = self.frame_cache.averages.take(&SourceKey::new(grid, &given));
+                cached.or_else(|memory| CenterField::average_in(grid, &given, memory))
+            };
+            let average = (given.location() == Location::Corner).then(|| self.run(average)).transpose()?;
+            Ok(PreparedField { average, ..PreparedField::at_centers(name, given) })
+        });
+        let mut field = ranks.agree_all(found, facts)?;
+        if let (Some(part), Some(average)) = (part, &mut field.average) {
+            part.fill_averages(ranks, average)?;
+        }
+        Ok(field)
     }
 }
 

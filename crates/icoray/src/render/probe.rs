@@ -1,16 +1,16 @@
 //! Probes: the contents of a pixel, and the values along its ray.
 //!
 //! The ray is traced as those of pictures in double precision, unlit and with nothing left out, and each part of a
-//! frustum, surface and core that it passes is recorded (`icoray_kernel::passages`). Where ranks have parts of the grid,
-//! each records the ray in its own columns.
+//! frustum, surface and core that it passes is recorded (`icoray_kernel::passages`). Where ranks have parts of the
+//! grid, each records the ray in its own columns.
 
+use super::RenderInputs;
 use super::context::FrameContext;
 use super::draw::{ProbedScene, RayPart};
 use super::renderer::Renderer;
 use super::work::ray;
 use crate::fields::Fields;
 use crate::ranks::{Decomposition, DistributedGrid, GatherInputs, Ranks};
-use crate::render_inputs::RenderInputs;
 use glam::DVec3;
 use icoray_grid::{Grid, Layers, Result};
 use icoray_scene::{Backend, Method, Paint, Precision, Scene};
@@ -164,43 +164,26 @@ struct ProbedRay<'p, 'f> {
     parts: &'p [RayPart],
 }
 
-/// Part of the ray's light that a part of the scene absorbs.
-struct Absorbed<'p> {
-    part: ScenePart,
-    weight: f64,
-    /// Number of its field.
-    field: Option<usize>,
-    /// Where it is shown.
-    at: &'p RayPart,
-}
-
 impl<'p> ProbedRay<'p, '_> {
     /// The result without its column, and the part of the ray that is shown; `None` if the ray misses the shell.
     fn probe(&self) -> Option<(Probe, &'p RayPart)> {
         let weights = self.weights();
         let mut absorbed = self.absorbed(&weights);
-        absorbed.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+        absorbed.sort_by(|(a, _), (b, _)| b.weight.total_cmp(&a.weight));
         let shown = absorbed.first();
-        let at = shown.map_or(self.parts.first()?, |shown| shown.at);
-        let field = shown.and_then(|shown| shown.field).unwrap_or(0);
-        let value_at = |field: usize, at: &RayPart| Some(at.values[field]).filter(|value| value.is_finite());
-        let contribution = |absorbed: &Absorbed| Contribution {
-            part: absorbed.part,
-            field: absorbed.field.map(|field| self.context.fields[field].name().to_owned()),
-            weight: absorbed.weight,
-            distance: middle(absorbed.at),
-            height_m: self.context.height_m(absorbed.at.rho),
-            value: absorbed.field.and_then(|field| value_at(field, absorbed.at)),
-        };
+        let at = shown.map_or(self.parts.first()?, |(_, at)| *at);
+        let part = shown.map(|(shown, _)| shown.part);
+        let field = part.and_then(|part| self.field_of(part)).unwrap_or(0);
         let place = self.eye + middle(at) * self.dir;
+        let contributions: Vec<Contribution> = absorbed.into_iter().map(|(contribution, _)| contribution).collect();
         let probe = Probe {
-            part: shown.map(|shown| shown.part),
+            part,
             field: self.context.fields[field].name().to_owned(),
             lon_lat_deg: [place.y.atan2(place.x), (place.z / place.length()).asin()].map(f64::to_degrees),
             height_m: self.context.height_m(at.rho),
-            value: value_at(field, at),
-            alpha: absorbed.iter().filter(|one| one.part != ScenePart::Core).map(|one| one.weight).sum(),
-            contributions: absorbed.iter().map(contribution).collect(),
+            value: at.value(field),
+            alpha: contributions.iter().filter(|one| one.part != ScenePart::Core).map(|one| one.weight).sum(),
+            contributions,
             along: self.along(field, &weights),
             column: Vec::new(),
         };
@@ -218,9 +201,9 @@ impl<'p> ProbedRay<'p, '_> {
         absorbed.collect()
     }
 
-    /// The parts of the scene that absorb light. A volume is shown where half of its weight is reached, another part
-    /// where it absorbs most.
-    fn absorbed(&self, weights: &[f64]) -> Vec<Absorbed<'p>> {
+    /// The parts of the scene that absorb light, each with the part of the ray that it shows: a volume is shown where
+    /// half of its weight is reached, another part where it absorbs most.
+    fn absorbed(&self, weights: &[f64]) -> Vec<(Contribution, &'p RayPart)> {
         let mut all: Vec<(ScenePart, Vec<(f64, &RayPart)>)> = Vec::new();
         for (part, weight) in self.parts.iter().zip(weights) {
             for (number, share) in part.shares.iter().filter(|(_, share)| share * weight > 0.0) {
@@ -238,7 +221,11 @@ impl<'p> ProbedRay<'p, '_> {
                     ScenePart::Volume(_) => median(&entries, weight),
                     _ => entries.iter().max_by(|a, b| a.0.total_cmp(&b.0)).map_or(entries[0].1, |(_, at)| at),
                 };
-                Absorbed { part, weight, field: self.field_of(part), at }
+                let number = self.field_of(part);
+                let field = number.map(|number| self.context.fields[number].name().to_owned());
+                let (distance, height_m) = (middle(at), self.context.height_m(at.rho));
+                let value = number.and_then(|number| at.value(number));
+                (Contribution { part, field, weight, distance, height_m, value }, at)
             })
             .collect()
     }
@@ -261,7 +248,7 @@ impl<'p> ProbedRay<'p, '_> {
     /// The stretches of the ray through frusta, with the values of a field.
     fn along(&self, field: usize, weights: &[f64]) -> Vec<ProbePoint> {
         let shows = |part: ScenePart| self.field_of(part) == Some(field);
-        let stretches = self.parts.iter().zip(weights).filter(|(part, _)| part.is_stretch());
+        let stretches = self.parts.iter().zip(weights).filter(|(part, _)| part.t[0] < part.t[1]);
         stretches
             .map(|(part, weight)| ProbePoint {
                 distance: middle(part),

@@ -1,18 +1,19 @@
 //! The renderer itself: its threads, its devices, and its cache between pictures.
 
-use super::devices::{DeviceCache, SingleDevice};
 use super::frame_cache::FrameCache;
-use super::progress::Progress;
 use crate::derive::DerivedFieldCache;
 use crate::device::{Device, DeviceRequest, Devices, FallbackReason, unsupported};
 use crate::plan::Savings;
 use crate::ranges::Ranges;
 use fearless_simd::Level;
+use icoray_grid::Error;
 use icoray_grid::threads::Threads;
 use icoray_grid::vectors::packets;
 use icoray_scene::{Backend, Precision, Scene};
-use std::sync::Arc;
+use std::collections::HashMap;
+use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A renderer with its own threads, which end when it is dropped, and optionally a device.
 ///
@@ -40,7 +41,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 #[derive(Debug)]
 pub struct Renderer {
     pub(crate) threads: Threads,
-    pub(super) devices: Option<DeviceCache>,
+    devices: Option<DeviceCache>,
     pub(super) savings: Savings,
     pub(super) integrates: bool,
     pub(super) has_levels: bool,
@@ -58,21 +59,18 @@ impl Renderer {
     /// # Errors
     /// [`ErrorKind::Io`](icoray_grid::ErrorKind::Io) when the threads cannot be started.
     pub fn new(threads: usize) -> icoray_grid::Result<Self> {
-        let (devices, savings) = (None, Savings::ALL);
-        let (threads, cache) = (Threads::new(threads)?, FrameCache::default());
-        let (ranges, derived) = (Ranges::default(), DerivedFieldCache::default());
         Ok(Renderer {
-            threads,
-            devices,
-            savings,
+            threads: Threads::new(threads)?,
+            devices: None,
+            savings: Savings::ALL,
             integrates: true,
             has_levels: false,
             progress: None,
             stop: None,
             memory_limit: None,
-            frame_cache: cache,
-            ranges,
-            derived,
+            frame_cache: FrameCache::default(),
+            ranges: Ranges::default(),
+            derived: DerivedFieldCache::default(),
         })
     }
 
@@ -91,9 +89,9 @@ impl Renderer {
     }
 
     /// Traces pictures on coarser grids, made of some of the cells, where the error that this adds is within the
-    /// tolerance, or where a time budget leaves no time for the grid itself. For fields that are drawn many times, as by
-    /// a page: the second picture of a field's values without a time budget makes the grids, once per grid, in as much
-    /// time as several pictures, and finds the largest differences of values, in less time than a picture.
+    /// tolerance, or where a time budget leaves no time for the grid itself. For fields that are drawn many times, as
+    /// by a page: the second picture of a field's values without a time budget makes the grids, once per grid, in as
+    /// much time as several pictures, and finds the largest differences of values, in less time than a picture.
     ///
     /// Applies to a single volume between concentric layers in f32, of grids of more than 64,000 cells, on the CPU, in
     /// one process, without a memory limit. [`Quality::level`](icoray_scene::Quality::level) says which grid was used.
@@ -193,5 +191,54 @@ impl Renderer {
         let adapter = scene.device.clone();
         let wanted = DeviceRequest { adapter, or_processor: scene.backend == Backend::Gpu, node_rank };
         opened.open(wanted).map_err(Some)
+    }
+}
+
+/// The device of a picture; `Err(None)` if the scene requests none.
+pub(super) type DeviceChoice = Result<Arc<dyn Device>, Option<FallbackReason>>;
+
+/// The outcome of opening a device.
+type OpenedDevice = Result<Arc<dyn Device>, FallbackReason>;
+
+/// The outcomes of all requests so far.
+#[derive(Debug)]
+struct DeviceCache {
+    devices: Arc<dyn Devices>,
+    known: Mutex<HashMap<DeviceRequest, OpenedDevice>>,
+}
+
+impl DeviceCache {
+    fn new(devices: Arc<dyn Devices>) -> Self {
+        DeviceCache { devices, known: Mutex::default() }
+    }
+
+    fn open(&self, wanted: DeviceRequest) -> OpenedDevice {
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        // A panic of the driver falls back to the CPU.
+        let open = |wanted: &DeviceRequest| {
+            let opened = Error::of_panics(|| Ok(self.devices.open(wanted)));
+            opened.unwrap_or_else(|panic| Err(FallbackReason::new(panic.to_string())))
+        };
+        known.entry(wanted).or_insert_with_key(open).clone()
+    }
+}
+
+/// Returns the same device for every request.
+#[derive(Debug)]
+struct SingleDevice(pub Arc<dyn Device>);
+
+impl Devices for SingleDevice {
+    fn open(&self, _: &DeviceRequest) -> OpenedDevice {
+        Ok(Arc::clone(&self.0))
+    }
+}
+
+/// The caller's function of the numbers of finished and of all tiles.
+#[derive(Clone)]
+pub(super) struct Progress(pub Arc<dyn Fn(usize, usize) + Send + Sync>);
+
+impl fmt::Debug for Progress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Progress")
     }
 }

@@ -6,127 +6,73 @@ use super::work::{Work, background_blend};
 use crate::edges;
 use crate::plan::budget::brightest;
 use crate::ranks::{Ranks, TileAssignment};
-use crate::raster::{Pixel, Raster, Tile};
-use crate::sampling::{SampledPicture, may_show_shell, rounds};
+use crate::raster::{Pixel, Raster};
+use crate::sampling::{Sampled, SampledPicture, may_show_shell, rounds};
 use crate::scattered::{PixelRays, ScatteredPixels};
 use crate::time_budget::Deadline;
 use icoray_grid::Result;
 use icoray_output::SamplingError;
-use icoray_scene::{Quality, Scene};
+use icoray_scene::Scene;
 use rayon::prelude::*;
-
-/// A picture with its samples, at rank 0.
-pub(super) struct Sampled {
-    pub drawn: Drawn,
-    pub edge_pixels: u64,
-    /// Mean number of rays of the pixels that may show the shell; of all pixels if not all are traced.
-    pub rays_per_pixel: f64,
-    /// The estimated sampling error of each pixel, or of those that were not traced; empty if each pixel has one ray.
-    pub error: Vec<f32>,
-    pub summary: Option<SamplingError>,
-}
-
-/// The raster, quality and deadline of a picture of one ray per pixel.
-#[derive(Clone, Copy)]
-pub(super) struct Manner {
-    pub raster: Raster,
-    pub quality: Quality,
-    pub deadline: Option<Deadline>,
-}
 
 impl Rounds<'_, '_, '_> {
     /// Adds the scene's samples to the pixels of a picture of one ray per pixel, as long as there is time. If the scene
-    /// requests none, or there is no time for the first round, draws pixels at edges again. Collective, and as
-    /// [`Self::trace`].
-    pub fn samples(
-        &mut self,
-        ranks: &mut Ranks,
-        manner: Manner,
-        drawn: Result<Option<Drawn>>,
-    ) -> Result<Result<Option<Sampled>>> {
-        if manner.quality.pixel_step > 1 {
-            let FrameContext { renderer, scene, .. } = *self.work.context;
-            let between = |drawn| interpolated(scene, self.work.radius[1], manner.raster, drawn);
-            let between = |drawn| ranks.attempt(|| renderer.run(|| Ok(between(drawn))));
-            return Ok(drawn.and_then(|drawn| drawn.map(between).transpose()));
+    /// requests none, or there is no time for the first round, draws pixels at edges again. Collective.
+    pub fn samples(&mut self, ranks: &mut Ranks, drawn: Option<Drawn>) -> Result<Option<Sampled>> {
+        let Work { context: FrameContext { scene, .. }, edges, radius: [_, outer], .. } = self.work;
+        let (raster, tolerance) = (self.raster, self.quality.tolerance);
+        if self.quality.pixel_step > 1 {
+            return self.at_root(ranks, Ok(drawn), |drawn| interpolated(scene, *outer, raster, drawn));
         }
-        if self.work.context.scene.samples <= 1 {
-            return self.unsampled(ranks, manner, drawn);
+        if scene.samples <= 1 {
+            return self.unsampled(ranks, drawn);
         }
-        let work = self.work;
-        let picture = drawn.and_then(|drawn| drawn.map(|drawn| begin(work, ranks, manner, drawn)).transpose());
-        let (rays, picture) = self.add_rounds(ranks, manner, picture)?;
-        let finish = |picture: SampledPicture| {
-            let (edge_pixels, rays_per_pixel) = (picture.edge_pixels(), picture.rays_per_pixel());
-            let (drawn, error, summary) = picture.finish();
-            Sampled { drawn, edge_pixels, rays_per_pixel, error, summary: Some(summary) }
+        let begin = |drawn: Drawn| {
+            let found = if edges.is_none() { Vec::new() } else { edges.find(scene, &drawn.0) };
+            SampledPicture::new(scene, tolerance, *outer, drawn, &found)
         };
-        let sampled = picture.map(|picture| picture.map(finish));
-        match rays {
-            1 => self.unsampled(ranks, manner, sampled.map(|sampled| sampled.map(|sampled| sampled.drawn))),
-            _ => Ok(sampled),
-        }
+        let picture = self.at_root(ranks, Ok(drawn), begin)?;
+        let (rays, picture) = self.add_rounds(ranks, picture)?;
+        let sampled = picture.map(SampledPicture::finish);
+        if rays == 1 { self.unsampled(ranks, sampled.map(|sampled| sampled.drawn)) } else { Ok(sampled) }
     }
 
     /// The picture of one ray per pixel, except for pixels at edges.
-    fn unsampled(
-        &mut self,
-        ranks: &mut Ranks,
-        manner: Manner,
-        drawn: Result<Option<Drawn>>,
-    ) -> Result<Result<Option<Sampled>>> {
-        let Manner { raster, quality, deadline } = manner;
-        let (edge_pixels, drawn) = self.edges(ranks, raster, quality, deadline, drawn)?;
-        let sampled =
-            |drawn: Drawn| Sampled { drawn, edge_pixels, rays_per_pixel: 1.0, error: Vec::new(), summary: None };
-        Ok(drawn.map(|drawn| drawn.map(sampled)))
+    fn unsampled(&mut self, ranks: &mut Ranks, drawn: Option<Drawn>) -> Result<Option<Sampled>> {
+        let (edge_pixels, drawn) = self.edges(ranks, drawn)?;
+        let sampled = |drawn| Sampled { drawn, edge_pixels, rays_per_pixel: 1.0, error: Vec::new(), summary: None };
+        Ok(drawn.map(sampled))
     }
 
     /// Draws one round after another, and returns the final number of rays per pixel. Collective.
     fn add_rounds<'s>(
         &mut self,
         ranks: &mut Ranks,
-        manner: Manner,
-        mut picture: Result<Option<SampledPicture<'s>>>,
-    ) -> Result<(u32, Result<Option<SampledPicture<'s>>>)> {
+        mut picture: Option<SampledPicture<'s>>,
+    ) -> Result<(u32, Option<SampledPicture<'s>>)> {
         let FrameContext { renderer, scene, .. } = *self.work.context;
-        let Manner { raster, quality, deadline } = manner;
-        // Seconds of the rays of all pixels.
-        let render_s = self.cost.render_s;
+        let Rounds { raster, quality, deadline, render_s, .. } = *self;
         let least_at_edges = if self.work.edges.is_none() { 0 } else { edges::RAYS as u32 };
         let mut rays = 1;
         for end in rounds(scene.samples, least_at_edges) {
-            let wanted = picture.as_mut().map_err(|e| e.clone()).map(|picture| {
-                let wanted = picture.as_mut().map_or_else(Vec::new, |picture| picture.wanted(end));
-                let times = f64::from(end - rays) / f64::from(raster.width * raster.height);
-                let has_time = |deadline: Deadline| deadline.has_time_for(render_s * wanted.len() as f64 * times);
-                if !renderer.is_stopped() && deadline.is_none_or(has_time) { wanted } else { Vec::new() }
-            });
-            let wanted = ranks.hear_root(wanted)?;
+            let wanted = picture.as_mut().map_or_else(Vec::new, |picture| picture.wanted(end));
+            let times = f64::from(end - rays) / f64::from(raster.width * raster.height);
+            // `render_s` seconds are those of the rays of all pixels.
+            let has_time = |deadline: Deadline| deadline.has_time_for(render_s * wanted.len() as f64 * times);
+            let goes_on = !renderer.is_stopped() && deadline.is_none_or(has_time);
+            let wanted = ranks.hear_root(Ok(if goes_on { wanted } else { Vec::new() }))?;
             if wanted.is_empty() {
                 break;
             }
             let round = ScatteredPixels::new(raster, wanted, PixelRays::Samples(rays..end));
-            let tiles = self.trace(ranks, &round, &TileAssignment::in_turn(quality, &round, ranks), None)?;
-            let with_tiles = |picture: SampledPicture<'s>, tiles: &[Tile]| {
-                ranks.attempt(|| renderer.run(|| Ok(picture.with(&round, rays..end, tiles))))
-            };
-            picture = tiles.and_then(|tiles| picture?.map(|picture| with_tiles(picture, &tiles)).transpose());
+            let assignment = TileAssignment::in_turn(quality, &round, ranks);
+            picture = self.trace(ranks, &round, &assignment, None, |tiles| {
+                picture.expect("rank 0 has the picture").with(&round, rays..end, tiles)
+            })?;
             rays = end;
         }
         Ok((rays, picture))
     }
-}
-
-/// The picture to whose pixels samples are added.
-fn begin<'f>(work: &Work<'_, 'f>, ranks: &Ranks, manner: Manner, drawn: Drawn) -> Result<SampledPicture<'f>> {
-    let FrameContext { renderer, scene, .. } = *work.context;
-    let (edges, tolerance) = (&work.edges, manner.quality.tolerance);
-    let begin = || {
-        let found = if edges.is_none() { Vec::new() } else { edges.find(scene, &drawn.0) };
-        Ok(SampledPicture::new(scene, tolerance, work.radius[1], drawn, &found))
-    };
-    ranks.attempt(|| renderer.run(begin))
 }
 
 /// A picture with pixels between traced ones. A pixel between that shows the background is exact if its ray misses the

@@ -16,7 +16,7 @@ use icoray_kernel::general::PaintedPlace;
 use icoray_kernel::ground::Ground;
 use icoray_kernel::piece::Radiance;
 use icoray_kernel::signature::BoundarySignature;
-use icoray_kernel::{Budget, Counts, PrimaryRay, Tracer};
+use icoray_kernel::{Budget, Counts, PrimaryRay};
 use icoray_output::Certainty;
 use icoray_scene::{Lights, Method, Precision, Quality, Scene};
 use rayon::prelude::*;
@@ -128,33 +128,32 @@ impl Work<'_, '_> {
             Some(level) => level.tracer(&Quality { tolerance: 0.25 * quality.tolerance, ..*quality }),
             None => self.tracer(quality),
         };
+        let brightest = tracer.budget().brightest;
         let draw = |places: &[SamplePoint], counts: &mut Counts| {
             if raster.is_some() && renderer.savings.tiles && passes_by(scene, places, tracer.outer()) {
-                vec![background_blend(scene, tracer.budget().brightest, None); places.len()]
-            } else {
-                let mut rays = primary_rays(scene, places);
-                let mut drawn = pixels(scene, &*tracer, (places.len(), &mut rays), &|| renderer.is_stopped(), counts);
-                if let Some(level) = level {
-                    for (pixel, place) in drawn.iter_mut().zip(places) {
-                        let (eye, dir) = ray(scene, place.at);
-                        let error = f64::from(pixel.error) + level.error(quality, eye, dir);
-                        pixel.error = error.min(tracer.budget().brightest.max(1.0)) as f32;
-                    }
-                }
-                drawn
+                return vec![background_blend(scene, brightest, None); places.len()];
             }
+            let mut pixels = vec![Pixel::default(); places.len()];
+            let mut rays = primary_rays(scene, places, || renderer.is_stopped());
+            tracer.trace(&mut rays, counts, &mut |number, light, surfaces| {
+                pixels[number] = Pixel { surfaces, ..background_blend(scene, brightest, light) };
+            });
+            if let Some(level) = level {
+                for (pixel, place) in pixels.iter_mut().zip(places) {
+                    let (eye, dir) = ray(scene, place.at);
+                    let error = f64::from(pixel.error) + level.error(quality, eye, dir);
+                    pixel.error = error.min(brightest.max(1.0)) as f32;
+                }
+            }
+            pixels
         };
         raster::trace(tiling, &left, || renderer.is_stopped(), draw).for_each(give);
     }
 }
 
-/// The error budget of rays.
+/// The error budget of rays, without early ends if the renderer disables them.
 pub(super) fn budget(renderer: &Renderer, scene: &Scene, quality: &Quality) -> Budget {
-    with_ends(renderer, allowed(scene, quality))
-}
-
-/// The budget of rays, without early ends if the renderer disables them.
-pub(super) fn with_ends(renderer: &Renderer, mut budget: Budget) -> Budget {
+    let mut budget = allowed(scene, quality);
     if !renderer.savings.ends {
         // Less than any transmittance.
         budget.min_transmittance = -1.0;
@@ -170,16 +169,6 @@ pub(super) fn certainty(scene: &Scene, quality: &Quality) -> Certainty {
     if is_bound { Certainty::Bound } else { Certainty::Estimate }
 }
 
-/// The text entries of a picture's file that describe its scene.
-pub(super) fn notes(scene: &Scene) -> Vec<(&'static str, String)> {
-    let [low, high] = scene.volumes[0].transfer.range();
-    vec![
-        ("transfer range", format!("{low} to {high}")),
-        ("camera", scene.camera.describe()),
-        ("exaggeration", scene.exaggeration.to_string()),
-    ]
-}
-
 /// Error bound of rounded positions for a ray that grazes an edge of the mesh; in single precision, in which a piece is
 /// a part of its frustum, half a last digit is added.
 const GEOMETRY: f64 = 1e-9;
@@ -188,28 +177,17 @@ const GEOMETRY: f64 = 1e-9;
 /// the rounding of values and gradients at their vertices.
 const SHARED_ROUNDING: f64 = 4.0;
 
-/// The light at some points, over the background. A ray may be long: none starts once `is_stopped` is true.
-fn pixels(
+/// The rays through points of the picture, numbered from 0. A ray may be long: none starts once `is_stopped` is true.
+pub(super) fn primary_rays(
     scene: &Scene,
-    tracer: &dyn Tracer,
-    (count, rays): (usize, &mut dyn Iterator<Item = PrimaryRay>),
-    is_stopped: &dyn Fn() -> bool,
-    counts: &mut Counts,
-) -> Vec<Pixel> {
-    let mut pixels = vec![Pixel::default(); count];
-    let brightest = tracer.budget().brightest;
-    tracer.trace(&mut rays.take_while(|_| !is_stopped()), counts, &mut |number, light, surfaces| {
-        pixels[number] = Pixel { surfaces, ..background_blend(scene, brightest, light) };
-    });
-    pixels
-}
-
-/// The rays through points of the picture, numbered from 0.
-pub(super) fn primary_rays(scene: &Scene, places: &[SamplePoint]) -> impl Iterator<Item = PrimaryRay> {
-    places.iter().enumerate().map(|(number, place)| {
+    places: &[SamplePoint],
+    is_stopped: impl Fn() -> bool,
+) -> impl Iterator<Item = PrimaryRay> {
+    let rays = places.iter().enumerate().map(|(number, place)| {
         let (eye, dir) = ray(scene, place.at);
         PrimaryRay { number, eye, dir, begins_row: place.begins_row }
-    })
+    });
+    rays.take_while(move |_| !is_stopped())
 }
 
 /// Whether no ray through a rectangle of pixels, given by two opposite corners as the first and last point, comes
@@ -265,11 +243,8 @@ pub(super) fn background_blend(scene: &Scene, brightest: f64, met: Option<Radian
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icoray_kernel::owned_region::OwnedRegion;
     use icoray_kernel::plane::RayLine;
-    use icoray_kernel::{FragmentReport, Report};
     use std::cell::Cell;
-    use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// For several cameras, no tile with a ray that meets the globe is skipped, and most other tiles are.
     #[test]
@@ -284,11 +259,8 @@ mod tests {
         let (mut beside, mut passed) = (0, 0);
         for camera in cameras {
             for [width, height] in [[200, 130], [31, 250]] {
-                let scene = Scene::parse(&format!(
-                    "field = \"f\"\n[image]\nwidth = {width}\nheight = {height}\n[camera]\n{camera}\n\
-                     [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.5], [1, 0.5]]\n"
-                ))
-                .unwrap();
+                let text = format!("field = 'f'\nimage = {{ width = {width}, height = {height} }}\n[camera]\n{camera}");
+                let scene = Scene::parse(&text).unwrap();
                 let raster = Raster { width, height, step: 1 };
                 let all: Vec<u32> = (0..raster.tiles()).collect();
                 let draw = |places: &[SamplePoint], counts: &mut Counts| {
@@ -307,43 +279,12 @@ mod tests {
         assert!(beside > 200 && passed * 10 > beside * 8, "{passed} of {beside}");
     }
 
-    /// Counts its rays.
-    struct Counting(Budget, AtomicUsize);
-
-    impl Tracer for Counting {
-        fn outer(&self) -> f64 {
-            1.0
-        }
-
-        fn budget(&self) -> &Budget {
-            &self.0
-        }
-
-        fn trace(&self, rays: &mut dyn Iterator<Item = PrimaryRay>, _: &mut Counts, _: &mut Report) {
-            for _ in rays {
-                self.1.fetch_add(1, Ordering::Relaxed);
-            }
-        }
-
-        fn fragments(
-            &self,
-            _: &OwnedRegion,
-            _: &mut dyn Iterator<Item = PrimaryRay>,
-            _: &mut Counts,
-            _: &mut FragmentReport,
-        ) {
-            unreachable!("the rays of a whole grid have no fragments")
-        }
-    }
-
     #[test]
     fn a_stop_is_heard_between_the_rays_of_a_tile() {
-        let scene = Scene::parse("field = 'f'\ntransfer = { map = 'viridis', range = [0, 1] }").unwrap();
-        let tracer = Counting(Budget::new(1e-3, 1.0, None), AtomicUsize::new(0));
-        let ray = |number| PrimaryRay { number, eye: DVec3::X * 3.0, dir: -DVec3::X, begins_row: false };
+        let scene = Scene::parse("field = 'f'").unwrap();
+        let places = [SamplePoint::middle(0, 0, true); 256];
         let asked = Cell::new(0);
-        let is_stopped = || asked.replace(asked.get() + 1) == 5;
-        let shown = pixels(&scene, &tracer, (256, &mut (0..256).map(ray)), &is_stopped, &mut Counts::default());
-        assert_eq!((shown.len(), tracer.1.into_inner()), (256, 5));
+        let rays = primary_rays(&scene, &places, || asked.replace(asked.get() + 1) == 5);
+        assert_eq!(rays.count(), 5);
     }
 }

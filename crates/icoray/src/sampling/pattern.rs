@@ -41,7 +41,6 @@ impl Pattern {
         })
     }
 
-    /// The mean place of some samples.
     pub fn mean_place(&self, samples: Range<u32>) -> [f64; 2] {
         let count = f64::from(samples.end - samples.start);
         samples

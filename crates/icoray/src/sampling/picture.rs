@@ -1,15 +1,14 @@
 //! Stores a picture while rounds of samples are added to its pixels, at rank 0.
 
 use super::pattern::Pattern;
-use crate::edges;
-use crate::raster::{Pixel, SamplePoint, Tile};
+use crate::edges::{self, may_show_limb};
+use crate::raster::{Pixel, Tile};
 use crate::scattered::ScatteredPixels;
 use glam::DVec3;
 use icoray_kernel::Counts;
 use icoray_output::SamplingError;
 use icoray_scene::Scene;
 use rayon::prelude::*;
-use std::f64::consts::SQRT_2;
 use std::ops::Range;
 
 /// Number of first samples of a pixel from which they are spread evenly around its middle.
@@ -17,6 +16,17 @@ const EVEN: u32 = 4;
 /// Ratio of the sampling error to the mean change by a round: a little more than Student's factor of 95 % for nine
 /// changes, 2.26, as the smallest of them are no measure where a step passes through the pixel alone.
 const FACTOR: f64 = 2.5;
+
+/// A picture with its samples, at rank 0.
+pub(crate) struct Sampled {
+    pub drawn: (Vec<Pixel>, Counts),
+    pub edge_pixels: u64,
+    /// Mean number of rays of the pixels that may show the shell; of all pixels if not all are traced.
+    pub rays_per_pixel: f64,
+    /// The estimated sampling error of each pixel, or of those that were not traced; empty if each pixel has one ray.
+    pub error: Vec<f32>,
+    pub summary: Option<SamplingError>,
+}
 
 /// The picture, its pixels' sampling errors, and the pixels to which samples are added.
 pub(crate) struct SampledPicture<'s> {
@@ -131,8 +141,11 @@ impl<'s> SampledPicture<'s> {
         let deviation = after.deviation(&before);
         let joined = self.active.par_iter().zip(&added).map(|(active, pixel)| {
             let mine = &pixels[active.number as usize];
-            let place = Pattern::of([active.number % width, active.number / width]).mean_place(samples.clone());
-            let moved = Pixel { color: at_middle(pixel.color, place, &active.slopes), ..**pixel };
+            let [x, y] = Pattern::of([active.number % width, active.number / width]).mean_place(samples.clone());
+            let [right, down] = &active.slopes;
+            let from_middle = |k: usize| f64::from(right[k]) * x + f64::from(down[k]) * y;
+            let at_middle = |k: usize| (f64::from(pixel.color[k]) - from_middle(k)) as f32;
+            let moved = Pixel { color: std::array::from_fn(at_middle), ..**pixel };
             let weighted = [(mine, before.sum), (&moved, after.sum - before.sum)];
             let mut joined = edges::weighted_mean(weighted.into_iter());
             // A slope may lead to negative light.
@@ -171,29 +184,19 @@ impl<'s> SampledPicture<'s> {
         }
     }
 
-    /// Number of pixels that took several rays and have the edge of a surface in them.
-    pub fn edge_pixels(&self) -> u64 {
-        self.edge_pixels
-    }
-
-    /// Mean number of rays of the pixels that may show the shell.
-    pub fn rays_per_pixel(&self) -> f64 {
-        1.0 + self.samples as f64 / self.sampled.max(1) as f64
-    }
-
-    /// The pixels and the counts of their rays, their sampling errors, and the summary of these.
-    pub fn finish(self) -> ((Vec<Pixel>, Counts), Vec<f32>, SamplingError) {
+    /// The picture after the last round.
+    pub fn finish(self) -> Sampled {
+        let sampled = self.sampled.max(1) as f64;
         let sum: f64 = self.error.iter().map(|error| f64::from(*error)).sum();
         let max = self.error.iter().fold(0.0f32, |max, error| max.max(*error));
-        let summary = SamplingError { max: f64::from(max), mean: sum / self.sampled.max(1) as f64 };
-        ((self.pixels, self.counts), self.error, summary)
+        Sampled {
+            drawn: (self.pixels, self.counts),
+            edge_pixels: self.edge_pixels,
+            rays_per_pixel: 1.0 + self.samples as f64 / sampled,
+            error: self.error,
+            summary: Some(SamplingError { max: f64::from(max), mean: sum / sampled }),
+        }
     }
-}
-
-/// Light at a place of a pixel, moved to its middle along these slopes.
-fn at_middle(color: [f32; 4], [x, y]: [f64; 2], [right, down]: &[[f32; 4]; 2]) -> [f32; 4] {
-    let moved = |k: usize| f64::from(color[k]) - (f64::from(right[k]) * x + f64::from(down[k]) * y);
-    std::array::from_fn(|k| moved(k) as f32)
 }
 
 /// The slopes of a picture at a pixel, to the right and downwards, per pixel: the mean of the slopes on both sides, at
@@ -216,20 +219,15 @@ fn slopes(scene: &Scene, pixels: &[Pixel], number: u32) -> [[f32; 4]; 2] {
 
 /// Whether a ray through a pixel may come within the radius `outer` of the centre.
 pub(crate) fn may_show_shell(scene: &Scene, outer: f64, number: u32) -> bool {
-    let eye = DVec3::from_array(scene.camera.eye());
-    let middle = SamplePoint::middle(number % scene.width, number / scene.width, false);
-    let dir = DVec3::from_array(scene.camera.direction_at(middle.at, scene.width, scene.height));
-    // Turning a ray by an angle brings it nearer to the centre by at most the angle times the distance of the eye.
-    let reach = 0.5 * SQRT_2 * scene.camera.pixel_width(scene.height) * eye.length();
-    let along = -eye.dot(dir);
-    let passes_at = (eye + along * dir).length();
-    eye.length() <= outer || along + reach > 0.0 && passes_at - reach <= outer
+    let place = [number % scene.width, number / scene.width];
+    DVec3::from_array(scene.camera.eye()).length() <= outer
+        || may_show_limb(scene, scene.camera.pixel_width(scene.height), [0.0, outer], place, 1)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::raster::{Raster, Tiling, sample_points};
+    use crate::raster::{Raster, SamplePoint, Tiling, sample_points};
     use crate::scattered::PixelRays;
     use std::time::Instant;
 
@@ -255,8 +253,8 @@ mod tests {
             let tiles: Vec<Tile> = (0..round.tiles()).map(tile).collect();
             picture = picture.with(&round, samples, &tiles);
         }
-        let (pixels, error, _) = picture.finish();
-        (pixels.0, error)
+        let Sampled { drawn: (pixels, _), error, .. } = picture.finish();
+        (pixels, error)
     }
 
     #[test]

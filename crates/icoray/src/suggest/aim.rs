@@ -88,16 +88,13 @@ fn deviations(survey: &Survey) -> Option<Vec<f64>> {
     let place = |column: usize| band(survey.direction(column));
     let count = survey.height.len();
     let mut means = vec![[0.0; 2]; BANDS * count];
-    let mut layers = vec![[0.0; 2]; count];
     survey.each(|column, layer, value| {
         let [number, sum] = &mut means[place(column) * count + layer];
         (*number, *sum) = (*number + 1.0, *sum + value);
-        let [number, sum] = &mut layers[layer];
-        (*number, *sum) = (*number + 1.0, *sum + value);
     });
     let mut variance = 0.0;
+    survey.each(|_, layer, value| variance += (value - survey.means[layer]).powi(2));
     let from = |value: f64, [number, sum]: [f64; 2]| (value - sum / number).powi(2);
-    survey.each(|_, layer, value| variance += from(value, layers[layer]));
     let of_column = |column: usize| {
         let values = survey.shown.iter().map(|layer| (survey.value(column, *layer), *layer));
         let here = values.filter(|(value, _)| !value.is_nan());

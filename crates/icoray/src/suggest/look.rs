@@ -90,22 +90,6 @@ struct Peak {
     gradient: f64,
 }
 
-impl Peak {
-    fn new(shell: &Shell, dense: f64, exaggeration: f64) -> Self {
-        let Shell { value, gradient } = *shell;
-        Peak { value, half: 0.5 * gradient * SHELL / exaggeration, dense, gradient }
-    }
-
-    /// In planet radii after exaggeration.
-    fn thickness(&self, exaggeration: f64) -> f64 {
-        2.0 * self.half / self.gradient * exaggeration
-    }
-
-    fn stops(&self) -> [(f64, f64); 3] {
-        [(self.value - self.half, 0.0), (self.value, self.dense), (self.value + self.half, 0.0)]
-    }
-}
-
 impl Look {
     pub fn new(survey: &Survey, exaggeration: f64, options: &Options) -> Self {
         let (kind, shells) = kind(survey, options.surface.is_some());
@@ -118,7 +102,8 @@ impl Look {
             return Look { is_of_anomaly: true, ..Look::new(&anomaly, exaggeration, options) };
         }
         let map = options.color_map.clone().unwrap_or_else(|| kind.map().to_owned());
-        let is_log = kind.takes_decades() && !options.is_length && has_decades(survey);
+        let takes_decades = matches!(kind, Kind::Upper | Kind::Surface { is_signed: false });
+        let is_log = takes_decades && !options.is_length && has_decades(survey);
         let scale = if is_log { Scale::Log } else { Scale::Linear };
         let mut look = Look {
             kind,
@@ -146,8 +131,11 @@ impl Look {
             None => look.range = look.range.map(|end| look.rounded(end)),
         }
         look.is_cut &= options.isosurface.is_none();
-        look.tidy();
-        look
+        // Opacities are at rounded values, which must rise.
+        let mut stops = std::mem::take(&mut look.opacity);
+        stops.iter_mut().for_each(|(value, _)| *value = look.rounded(*value));
+        stops.dedup_by(|b, a| b.0 <= a.0);
+        Look { opacity: stops, ..look }
     }
 
     fn ends(&mut self, low: f64, high: f64) {
@@ -256,7 +244,11 @@ impl Look {
     /// Places opacities in peaks; the smallest dome is the densest.
     fn be_shells(&mut self, shells: &[Shell], exaggeration: f64) {
         const DENSE: [f64; 2] = [0.95, 0.35];
-        let mut peaks: Vec<Peak> = shells.iter().zip(DENSE).map(|(s, d)| Peak::new(s, d, exaggeration)).collect();
+        let peak = |(&Shell { value, gradient }, dense)| {
+            let half = 0.5 * gradient * SHELL / exaggeration;
+            Peak { value, half, dense, gradient }
+        };
+        let mut peaks: Vec<Peak> = shells.iter().zip(DENSE).map(peak).collect();
         peaks.sort_by(|a, b| a.value.total_cmp(&b.value));
         for i in 1..peaks.len() {
             // Peaks are apart.
@@ -269,9 +261,12 @@ impl Look {
         self.ends(first.value - edge, last.value + edge);
         let least = peaks.iter().map(|peak| peak.half).fold(f64::INFINITY, f64::min);
         self.step = self.step.min(0.1 * least);
-        let thickest = peaks.iter().map(|peak| peak.thickness(exaggeration)).fold(0.0, f64::max);
+        // In planet radii after exaggeration.
+        let thickness = |peak: &Peak| 2.0 * peak.half / peak.gradient * exaggeration;
+        let thickest = peaks.iter().map(thickness).fold(0.0, f64::max);
         self.unit_length = round((UNIT_PER_SHELL * thickest).clamp(UNIT_LENGTHS[0], UNIT_LENGTHS[1]));
-        self.opacity = peaks.iter().flat_map(Peak::stops).collect();
+        let stops = |p: &Peak| [(p.value - p.half, 0.0), (p.value, p.dense), (p.value + p.half, 0.0)];
+        self.opacity = peaks.iter().flat_map(stops).collect();
     }
 
     /// Uses the caller's range; opacities stretch with it.
@@ -290,14 +285,6 @@ impl Look {
             _ => to_step(value, self.step),
         }
     }
-
-    /// Rounds the values of opacities, which must rise.
-    fn tidy(&mut self) {
-        let mut stops = std::mem::take(&mut self.opacity);
-        stops.iter_mut().for_each(|(value, _)| *value = self.rounded(*value));
-        stops.dedup_by(|b, a| b.0 <= a.0);
-        self.opacity = stops;
-    }
 }
 
 impl Kind {
@@ -310,11 +297,6 @@ impl Kind {
             Kind::Stratified => "plasma_bright",
             _ => "viridis_bright",
         }
-    }
-
-    /// Whether values may be on a logarithmic scale.
-    fn takes_decades(self) -> bool {
-        matches!(self, Kind::Upper | Kind::Surface { is_signed: false })
     }
 
     /// A description for the text's comment.

@@ -13,7 +13,6 @@ const COVERED: f64 = 1.0 - 1e-9;
 pub(super) struct Sample {
     /// Unit vectors to the columns.
     pub directions: Vec<DVec3>,
-    /// Number of layers of each column.
     pub layers: usize,
     /// Level-fastest; NaN where missing.
     values: Vec<f64>,
@@ -65,7 +64,6 @@ impl Sample {
         })
     }
 
-    /// Number of columns.
     pub fn columns(&self) -> usize {
         self.directions.len()
     }

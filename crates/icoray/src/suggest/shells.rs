@@ -18,7 +18,12 @@ pub(super) struct Shell {
 /// Surfaces that end at the ground, or for an ocean at the sea surface, so that their edges are visible: domes of the
 /// lowest values if values increase away from it, and of the highest if they decrease. The smallest dome first.
 pub(super) fn shells(survey: &Survey) -> Vec<Shell> {
-    let path = from_boundary(survey);
+    // From the ground upwards, or for an ocean from the sea surface downwards.
+    let mut path: Vec<usize> = (0..survey.height.len()).collect();
+    path.sort_by(|a, b| survey.height[*a].total_cmp(&survey.height[*b]));
+    if survey.height.iter().sum::<f64>() < 0.0 {
+        path.reverse();
+    }
     let (mut rises, mut ends) = (0.0, Vec::new());
     for column in survey.columns() {
         let mut values = path.iter().map(|layer| survey.value(column, *layer)).filter(|value| !value.is_nan());
@@ -36,17 +41,6 @@ pub(super) fn shells(survey: &Survey) -> Vec<Shell> {
     let mut shells: Vec<Shell> = SHARES.iter().filter_map(|share| Shell::at(survey, &path, value(*share))).collect();
     shells.dedup_by(|b, a| a.value == b.value);
     shells
-}
-
-/// The layers' numbers from the ground upwards, or for an ocean from the sea surface downwards.
-fn from_boundary(survey: &Survey) -> Vec<usize> {
-    let height = &survey.height;
-    let mut layers: Vec<usize> = (0..height.len()).collect();
-    layers.sort_by(|a, b| height[*a].total_cmp(&height[*b]));
-    if height.iter().sum::<f64>() < 0.0 {
-        layers.reverse();
-    }
-    layers
 }
 
 impl Shell {

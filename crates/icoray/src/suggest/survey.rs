@@ -14,7 +14,7 @@ pub(super) struct Survey<'s> {
     /// Subtracted from the values of each layer.
     reference: Vec<f64>,
     /// Mean of each layer; 0 where all its values are missing.
-    means: Vec<f64>,
+    pub means: Vec<f64>,
     /// Values, rising; at least one.
     sorted: Vec<f64>,
     /// Fraction of the variance that the means of the layers explain, 0 to 1.
@@ -37,22 +37,31 @@ impl<'s> Survey<'s> {
     }
 
     fn less(sample: &'s Sample, height: Vec<f64>, shown: Vec<usize>, reference: Vec<f64>) -> Option<Self> {
-        let (means, sorted) = (vec![0.0; height.len()], Vec::new());
-        let mut survey = Survey { sample, height, shown, reference, means, sorted, stratified: 0.0 };
-        let mut sorted = Vec::new();
-        survey.each(|_, _, value| sorted.push(value));
+        let (mut sorted, mut layers) = (Vec::new(), vec![[0.0; 2]; height.len()]);
+        let (means, stratified) = (Vec::new(), 0.0);
+        let mut survey = Survey { sample, height, shown, reference, means, sorted: Vec::new(), stratified };
+        survey.each(|_, layer, value| {
+            sorted.push(value);
+            let [number, sum] = &mut layers[layer];
+            (*number, *sum) = (*number + 1.0, *sum + value);
+        });
         sorted.sort_unstable_by(f64::total_cmp);
+        let (mut total, mut sum) = (0.0, 0.0);
+        layers.iter().for_each(|[number, of_layer]| (total, sum) = (total + number, sum + of_layer));
+        let mean = sum / total;
+        survey.means = layers.iter().map(|[number, sum]| if *number > 0.0 { sum / number } else { 0.0 }).collect();
+        let of_layers = layers.iter().zip(&survey.means);
+        let between: f64 = of_layers.map(|([number, _], of_layer)| number * (of_layer - mean).powi(2)).sum();
+        let all: f64 = sorted.iter().map(|value| (value - mean).powi(2)).sum();
+        survey.stratified = if all > 0.0 { between / all } else { 0.0 };
         survey.sorted = sorted;
-        survey.stratify();
         (!survey.sorted.is_empty()).then_some(survey)
     }
 
-    /// The sampled columns.
     pub fn columns(&self) -> std::ops::Range<usize> {
         0..self.sample.columns()
     }
 
-    /// The unit vector to a column.
     pub fn direction(&self, column: usize) -> DVec3 {
         self.sample.directions[column]
     }
@@ -105,22 +114,6 @@ impl<'s> Survey<'s> {
         };
         let all = self.sorted.iter().map(|value| measure(*value)).collect();
         [rising(all), rising(self.columns().map(most).collect())]
-    }
-
-    fn stratify(&mut self) {
-        let mut layers = vec![[0.0; 2]; self.height.len()];
-        self.each(|_, layer, value| {
-            let [number, sum] = &mut layers[layer];
-            (*number, *sum) = (*number + 1.0, *sum + value);
-        });
-        let (mut total, mut sum) = (0.0, 0.0);
-        layers.iter().for_each(|[number, of_layer]| (total, sum) = (total + number, sum + of_layer));
-        let mean = sum / total;
-        self.means = layers.iter().map(|[number, sum]| if *number > 0.0 { sum / number } else { 0.0 }).collect();
-        let between = layers.iter().zip(&self.means).map(|([number, _], of_layer)| number * (of_layer - mean).powi(2));
-        let between: f64 = between.sum();
-        let all: f64 = self.sorted.iter().map(|value| (value - mean).powi(2)).sum();
-        self.stratified = if all > 0.0 { between / all } else { 0.0 };
     }
 }
 

@@ -37,16 +37,11 @@ fn both_signs_have_a_diverging_map_about_0_and_are_clear_there() {
     assert!(low == -high && scene.volumes[0].transfer.at(0.0).1 == 0.0 && scene.volumes[0].transfer.at(high).1 > 1.0);
     assert!(scene.volumes[0].coloring.as_ref().unwrap().describe().starts_with("coolwarm_bright"));
     // The camera is over the wave: 115°E 40°N.
-    let [lon, lat, ..] = scene.camera.place();
+    let [lon, lat, distance, fov] = scene.camera.place();
     assert!((lon - 115.0).abs() < 11.0 && (lat - 40.0).abs() < 11.0, "{lon} {lat}");
-}
-
-#[test]
-fn the_shell_is_a_tenth_of_the_planet_and_all_of_it_is_in_the_picture() {
-    let scene = scene_for(wave, &Options::default());
+    // The shell is a tenth of the planet, and all of it is in the picture.
     assert_eq!(scene.exaggeration, 30.0);
     let outer = 1.0 + 30.0 * HEIGHT_M[5] / EARTH_M;
-    let [.., distance, fov] = scene.camera.place();
     let half = (outer / distance).asin().to_degrees();
     assert!(half < 0.5 * fov && half > 0.4 * fov, "{half}");
 }

@@ -259,12 +259,8 @@ impl Suggested<'_> {
             }
         }
         text += "\n[output]\n";
-        put(
-            &mut text,
-            "file",
-            "\"{field}_{when}.png\"",
-            "date, if there is one, and step; also {step:06}, $Y-$M-$D_$h",
-        );
+        let what = "date, if there is one, and step; also {step:06}, $Y-$M-$D_$h";
+        put(&mut text, "file", "\"{field}_{when}.png\"", what);
         text
     }
 }

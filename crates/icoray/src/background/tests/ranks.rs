@@ -4,21 +4,12 @@ use super::*;
 use crate::ranks::{Owned, PartCells, Team, on_local_nodes};
 use std::sync::Barrier;
 
-/// The parts of the grid and the field that ranks have.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Spread {
-    /// All of it on each.
-    Whole,
-    /// The whole grid, and every n-th column of the field on n ranks.
-    Columns,
-}
-
 /// One rank of a model.
 struct Rank<'s> {
     fixture: &'s Fixture,
     ranks: Ranks,
     background: Background,
-    spread: Spread,
+    /// Of every n-th column of the field on n ranks; `None` if each has all of it.
     decomposition: Option<Arc<Decomposition>>,
     cells: Vec<usize>,
     /// The model's own communication.
@@ -26,20 +17,20 @@ struct Rank<'s> {
 }
 
 impl<'s> Rank<'s> {
-    fn new(fixture: &'s Fixture, team: Team, spread: Spread, model: &'s Barrier) -> Self {
+    fn new(fixture: &'s Fixture, team: Team, is_spread: bool, model: &'s Barrier) -> Self {
         let mut ranks = Ranks::new(team);
         let (rank, size) = (ranks.rank(), ranks.size());
         let renderer = Arc::new(Renderer::new(1).unwrap());
         let background = Background::over(&mut ranks, renderer, fixture.writer.clone()).unwrap();
-        let is_mine = |cell: &usize| spread == Spread::Whole || cell % size == rank;
+        let is_mine = |cell: &usize| !is_spread || cell % size == rank;
         let cells: Vec<usize> = (0..fixture.grid.cells()).filter(is_mine).collect();
-        let decomposition = (spread == Spread::Columns).then(|| {
+        let decomposition = is_spread.then(|| {
             let global: Vec<i64> = cells.iter().map(|cell| *cell as i64).collect();
             let owned = vec![1; cells.len()];
             let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };
             Arc::new(Decomposition::new(&mut ranks, &fixture.grid, &cells).unwrap())
         });
-        Rank { fixture, ranks, background, spread, decomposition, cells, model }
+        Rank { fixture, ranks, background, decomposition, cells, model }
     }
 
     fn setup(&self, step: i64) -> FrameSetup {
@@ -79,29 +70,25 @@ fn values(step: i64, cells: &[usize]) -> Vec<f64> {
 fn on_each<R: Send>(
     fixture: &Fixture,
     nodes: &[usize],
-    spread: Spread,
+    is_spread: bool,
     model: impl Fn(&mut Rank) -> R + Sync,
 ) -> Vec<R> {
     let barrier = Barrier::new(nodes.len());
-    on_local_nodes(nodes, |team| model(&mut Rank::new(fixture, team, spread, &barrier)))
+    on_local_nodes(nodes, |team| model(&mut Rank::new(fixture, team, is_spread, &barrier)))
 }
 
 #[test]
 fn pictures_of_ranks_are_those_of_one_process() {
-    for (nodes, spread) in [
-        (&[0][..], Spread::Whole),
-        (&[0, 0], Spread::Whole),
-        (&[0, 0, 0, 0], Spread::Whole),
-        (&[0, 0], Spread::Columns),
-        (&[0, 0, 1, 1], Spread::Columns),
-    ] {
+    for (nodes, is_spread) in
+        [(&[0][..], false), (&[0, 0], false), (&[0, 0, 0, 0], false), (&[0, 0], true), (&[0, 0, 1, 1], true)]
+    {
         let fixture = Fixture::new();
         let all: Vec<usize> = (0..fixture.grid.cells()).collect();
-        let reports = on_each(&fixture, nodes, spread, |rank| {
+        let reports = on_each(&fixture, nodes, is_spread, |rank| {
             for step in 1..=4 {
                 let accepted = rank.submit(rank.setup(step)).unwrap();
                 assert!(accepted.bytes_copied >= 24 * rank.cells.len() as u64, "{accepted:?}");
-                assert!(rank.spread == Spread::Columns || accepted.bytes_copied == 24 * all.len() as u64);
+                assert!(is_spread || accepted.bytes_copied == 24 * all.len() as u64);
                 assert!(rank.background.is_under_way());
                 // The second frame comes to an end by the model's steps, others in the next call.
                 (0..if step == 2 { 100 } else { 2 }).for_each(|_| rank.compute());
@@ -117,7 +104,7 @@ fn pictures_of_ranks_are_those_of_one_process() {
             let field = Field::level_fastest(&values, 3, Location::Center).unwrap();
             let expected = fixture.draw(&field);
             let drawn = read(&fixture.folder.path().join(format!("{step}.exr")));
-            assert!(drawn == expected.pixels, "step {step}, {spread:?} on {nodes:?}");
+            assert!(drawn == expected.pixels, "step {step} on {nodes:?}, spread: {is_spread}");
             for reports in &reports {
                 let report = &reports[step as usize - 1];
                 assert_eq!((report.ranks.count, report.threads), (nodes.len(), 1));
@@ -160,7 +147,7 @@ fn a_failure_on_one_rank_ends_the_frame_on_all() {
         let background = failing(&mut team, fixture);
         let ranks = Ranks::new(team);
         let cells = (0..fixture.grid.cells()).collect();
-        let mut rank = Rank { fixture, ranks, background, spread: Spread::Whole, decomposition: None, cells, model };
+        let mut rank = Rank { fixture, ranks, background, decomposition: None, cells, model };
         for step in 1..=4 {
             rank.submit(rank.setup(step)).unwrap();
             rank.compute();
@@ -188,7 +175,7 @@ fn a_failure_on_one_rank_ends_the_frame_on_all() {
 #[test]
 fn a_frame_that_is_wrong_on_one_rank_is_refused_on_all() {
     let fixture = Fixture::new();
-    let said = on_each(&fixture, &[0, 0], Spread::Whole, |rank| {
+    let said = on_each(&fixture, &[0, 0], false, |rank| {
         rank.submit(rank.setup(1)).unwrap();
         let taken = rank.submit(rank.setup(1)).unwrap_err();
         let few = Arc::new(Layers::from_heights(&[0.0, 1e4], 6.371e6).unwrap());
@@ -211,7 +198,7 @@ fn a_frame_that_is_wrong_on_one_rank_is_refused_on_all() {
 #[test]
 fn dropping_it_ends_a_frame_of_several_ranks() {
     let fixture = Fixture::new();
-    on_each(&fixture, &[0, 0], Spread::Whole, |rank| rank.submit(rank.setup(1)).unwrap());
+    on_each(&fixture, &[0, 0], false, |rank| rank.submit(rank.setup(1)).unwrap());
     fixture.writer.wait();
     assert!(!fixture.folder.path().join("1.exr").exists());
 }

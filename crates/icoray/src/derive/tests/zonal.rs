@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// The difference from zonal means by their definition, at the columns that count.
-fn from_means(field: &Field, latitude_rad: &[f64], counts: &dyn Fn(usize) -> bool, band_deg: f64) -> Vec<f64> {
+/// The difference from zonal means by their definition.
+fn from_means(field: &Field, latitude_rad: &[f64], band_deg: f64) -> Vec<f64> {
     let layers = field.shape().layers;
     let bands = (180.0 / band_deg).ceil() as usize;
     let width = 180.0 / bands as f64;
@@ -12,7 +12,7 @@ fn from_means(field: &Field, latitude_rad: &[f64], counts: &dyn Fn(usize) -> boo
     for layer in 0..layers {
         let mean = |band: usize| {
             let of_band = |c: &usize| ((latitude(*c) / width) as usize).min(bands - 1) == band;
-            let columns = (0..field.shape().columns).filter(|c| counts(*c)).filter(of_band);
+            let columns = (0..field.shape().columns).filter(of_band);
             let values: Vec<f64> = columns.map(|c| field.value(c, layer)).filter(|v| !v.is_nan()).collect();
             values.iter().sum::<f64>() / values.len() as f64
         };
@@ -48,7 +48,7 @@ fn zonal_means_are_those_of_the_definition() {
             };
             for is_wide in [true, false] {
                 let array = Array::new(shape, is_wide, location, |c, l| value(5, c, l));
-                let expected = from_means(&array.field(), latitude, &|_| true, band_deg);
+                let expected = from_means(&array.field(), latitude, band_deg);
                 let fields = Fields::new([("q", array.field())]);
                 // For values up to 500,000.
                 let limit = if is_wide { 1e-7 } else { 0.05 };
@@ -113,7 +113,7 @@ fn threads_and_ranks_change_no_bit() {
                 let (fields, part) = (Fields::new([("q", array.field())]), Some(&part));
                 let threads = Threads::new(1 + ranks.rank()).unwrap();
                 let given = RenderInputs { scene: &scene, grid: &grid, part, layers: &layers(), fields: &fields };
-                let made = make(ranks, &DerivedFieldCache::default(), &threads, &given).unwrap().unwrap();
+                let made = make(ranks, &DerivedFieldCache::default(), &threads, &given, None).unwrap();
                 let found = bits(made.fields(&fields).get("eddy").unwrap());
                 let own = (0..columns).filter(|c| owns(*c));
                 for i in own.flat_map(|c| c * LAYERS..(c + 1) * LAYERS) {
@@ -124,33 +124,25 @@ fn threads_and_ranks_change_no_bit() {
     }
 }
 
+/// Otherwise a rank would send other numbers than the rest expect.
 #[test]
 fn ranks_that_derive_other_fields_are_an_error() {
     let world = World::new(2, 1);
-    let (array, grid) = (world.array(1, 0, true), Grid::new(world.mesh.tables()).unwrap());
-    let fields = Fields::new([("q", array.field())]);
-    let errors = on_ranks(2, |ranks| {
-        let scene = if ranks.is_root() { zonal(10.0) } else { zonal(20.0) };
-        let given = RenderInputs { scene: &scene, grid: &grid, part: None, layers: &layers(), fields: &fields };
-        make(ranks, &DerivedFieldCache::default(), &world.threads, &given).unwrap_err().to_string()
-    });
-    assert!(errors[0].starts_with("MPI: rank 1: derives \"eddy\" = FromZonalMean"), "{errors:?}");
-    assert_eq!(errors[0], errors[1]);
-}
-
-/// A rank whose field has another number of layers would send other numbers than the rest expect.
-#[test]
-fn ranks_whose_fields_differ_are_an_error() {
-    let world = World::new(2, 1);
     let grid = Grid::new(world.mesh.tables()).unwrap();
-    let errors = on_ranks(2, |ranks| {
-        let part = Part::of_whole(ranks, &grid).unwrap();
-        let shape = Shape::level_fastest(grid.cells(), LAYERS + ranks.rank());
-        let array = Array::new(shape, true, Location::Center, |c, l| value(1, c, l));
-        let (scene, fields) = (zonal(10.0), Fields::new([("q", array.field())]));
-        let given = RenderInputs { scene: &scene, grid: &grid, part: Some(&part), layers: &layers(), fields: &fields };
-        make(ranks, &DerivedFieldCache::default(), &world.threads, &given).unwrap_err().to_string()
-    });
-    let expected = "MPI: rank 1: takes means of a field of 4 layers at Center, but 3 layers at Center on rank 0";
-    assert!(errors.iter().all(|error| error.starts_with(expected)), "{errors:?}");
+    let means = "takes means of a field of 4 layers at Center, but 3 layers at Center on rank 0";
+    for (band_deg, layers, expected) in
+        [([10.0, 20.0], [LAYERS; 2], "derives \"eddy\" = FromZonalMean"), ([10.0; 2], [LAYERS, LAYERS + 1], means)]
+    {
+        let errors = on_ranks(2, |ranks| {
+            let part = Part::of_whole(ranks, &grid).unwrap();
+            let shape = Shape::level_fastest(grid.cells(), layers[ranks.rank()]);
+            let array = Array::new(shape, true, Location::Center, |c, l| value(1, c, l));
+            let (scene, fields) = (zonal(band_deg[ranks.rank()]), Fields::new([("q", array.field())]));
+            let part = Some(&part);
+            let given = RenderInputs { scene: &scene, grid: &grid, part, layers: &super::layers(), fields: &fields };
+            make(ranks, &DerivedFieldCache::default(), &world.threads, &given, None).unwrap_err().to_string()
+        });
+        let expected = format!("MPI: rank 1: {expected}");
+        assert!(errors.iter().all(|error| error.starts_with(&expected)), "{errors:?}");
+    }
 }

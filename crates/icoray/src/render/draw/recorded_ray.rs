@@ -64,9 +64,9 @@ pub(in crate::render) struct RayPart {
 }
 
 impl RayPart {
-    /// Whether it is a stretch of a frustum.
-    pub fn is_stretch(&self) -> bool {
-        self.t[0] < self.t[1]
+    /// The value of a field; `None` where it is missing.
+    pub fn value(&self, field: usize) -> Option<f64> {
+        Some(self.values[field]).filter(|value| value.is_finite())
     }
 }
 

@@ -156,19 +156,18 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
             && self.terrain.key.is_none()
     }
 
-    /// The scene for packets of rays.
     fn packets(&self, built: &KernelScene<'f>) -> Result<Option<(VectorLevel, PacketScene<'f>)>> {
         let FrameContext { plan, grid, .. } = *self.context;
         let Some(level) = self.vectors() else { return Ok(None) };
-        let packets = PacketScene::new(built, &plan.radius, self.leaps());
-        if packets.is_some() && self.context.device.is_err() {
+        let Some(packets) = PacketScene::new(built, &plan.radius, self.leaps()) else { return Ok(None) };
+        if self.context.device.is_err() {
             grid.make_half_edges()?;
         }
-        let packets = packets.map(|packets| match self.context.deviations {
+        let packets = match self.context.deviations {
             Some(deviations) => packets.with_deviations(deviations),
             None => packets,
-        });
-        Ok(packets.map(|packets| (level, packets)))
+        };
+        Ok(Some((level, packets)))
     }
 
     fn number(&self, name: &str) -> usize {
@@ -406,7 +405,9 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
                 let GradientKey { packed, single, .. } = *key;
                 let visible = (!key.occupancy.is_empty()).then_some(visible);
                 let seen = (part.is_none() && self.savings.gradients).then(|| plan.visible_cells(scene, grid));
-                let known = self.context.cache.known_gradients(key);
+                let none = || PartialGradients::from(Gradients::none());
+                let known = self.context.cache.gradients.take(key);
+                let known = known.unwrap_or_else(|memory| memory.unwrap_or_else(none).of_none());
                 let wanted = GradientOptions { visible, packed, single };
                 known.with_cells(grid, &plan.radius, &samples, wanted, seen.as_ref())
             }

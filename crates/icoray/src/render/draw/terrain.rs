@@ -32,9 +32,8 @@ impl<'f> Terrain<'f> {
                 let heights = heights::Heights::new(&given.field(), layers, grid, radius.len(), scene.exaggeration)?;
                 let lowest = (0..grid.cells() as u32).into_par_iter().map(|cell| heights.radius(cell, 0));
                 // Cells that are not in this grid have the mean heights.
-                let lowest = lowest
-                    .fold(|| [inner, inner], around)
-                    .reduce(|| [inner, inner], |[a, b], c| [a.min(c[0]), b.max(c[1])]);
+                let around = |[a, b]: [f64; 2], [low, high]: [f64; 2]| [a.min(low), b.max(high)];
+                let lowest = lowest.map(|radius| [radius; 2]).reduce(|| [inner; 2], around);
                 Ok((heights, lowest))
             })
         });
@@ -79,8 +78,4 @@ impl Terrain<'_> {
         };
         layers.into_iter().map(of_layer).collect()
     }
-}
-
-fn around([low, high]: [f64; 2], value: f64) -> [f64; 2] {
-    [low.min(value), high.max(value)]
 }

@@ -1,14 +1,28 @@
-//! Statistics of a field for conditions, over all ranks.
+//! Statistics of a field's values over all ranks.
 
 use super::renderer::Renderer;
+use crate::ranges::{added, union};
 use crate::ranks::{Decomposition, Ranks};
 use icoray_grid::{Field, Result};
 use icoray_scene::{Statistic, Summary};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// The distribution of a field's values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Histogram {
+    /// Least and greatest value; `None` where all are missing.
+    pub range: Option<[f64; 2]>,
+    /// Numbers of values in equal parts of the range.
+    pub counts: Vec<u64>,
+    /// Number of values that are NaN, infinite or the fill value.
+    pub missing: u64,
+}
 
 impl Renderer {
     /// The statistics `asked` of a field, bitwise equal on all ranks, and so are decisions based on them. With the
-    /// decomposition `decomposition` they cover the values of all ranks, each once; if every rank has the whole field they are
-    /// rank 0's. Collective.
+    /// decomposition `decomposition` they cover the values of all ranks, each once; if every rank has the whole field
+    /// they are rank 0's. Collective.
     ///
     /// # Errors
     /// Equal on all ranks: [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) if a field does not have the columns of
@@ -20,24 +34,65 @@ impl Renderer {
         decomposition: Option<&Decomposition>,
         asked: &[Statistic],
     ) -> Result<Summary> {
-        // Rank 0's own if it has the whole field, else those of the own columns of all ranks.
+        let of = |is_own: Option<IsOwn>| Summary::of(field, is_own, asked);
+        self.reduce_columns(ranks, field, decomposition, Summary::NOTHING, of, Summary::joined)
+    }
+
+    /// The histogram of a field's values in `bins` parts of their range, equal on all ranks. With the decomposition
+    /// `decomposition` it counts the values of all ranks, each once; if every rank has the whole field it is rank 0's.
+    /// Collective.
+    ///
+    /// # Errors
+    /// Equal on all ranks: [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) if a field does not have the columns of
+    /// its rank; [`ErrorKind::Internal`](icoray_grid::ErrorKind::Internal) if one of several ranks panicked;
+    /// [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
+    pub fn histogram(
+        &self,
+        ranks: &mut Ranks,
+        field: &Field,
+        decomposition: Option<&Decomposition>,
+        bins: usize,
+    ) -> Result<Histogram> {
+        let range = |is_own: Option<IsOwn>| field.range_over(is_own);
+        let join = |(a, missing), (b, others)| (union(a, b), missing + others);
+        let (range, missing) = self.reduce_columns(ranks, field, decomposition, (None, 0), range, join)?;
+        let none = vec![0; bins];
+        let Some(ends) = range else { return Ok(Histogram { range, counts: none, missing }) };
+        let counts = |is_own: Option<IsOwn>| field.histogram_over(ends, bins, is_own);
+        let counts = self.reduce_columns(ranks, field, decomposition, none, counts, added)?;
+        Ok(Histogram { range, counts, missing })
+    }
+
+    /// What `of` returns for the own columns of all ranks, joined by `join`; rank 0's for all columns if every rank has
+    /// the whole field. Collective.
+    fn reduce_columns<T: Serialize + DeserializeOwned + Send>(
+        &self,
+        ranks: &mut Ranks,
+        field: &Field,
+        decomposition: Option<&Decomposition>,
+        nothing: T,
+        of: impl FnOnce(Option<IsOwn>) -> T + Send,
+        join: impl Fn(T, T) -> T,
+    ) -> Result<T> {
         let is_counted = decomposition.is_some() || ranks.is_root();
-        let summary = || {
+        let mine = || {
             let own = decomposition.map(|decomposition| decomposition.own_columns(field)).transpose()?;
             let is_own = own.as_ref().map(|own| |column: usize| own[column]);
-            let mine = self.run(|| Summary::of(field, is_own.as_ref().map(|is_own| is_own as _), asked));
-            Ok(if is_counted { mine } else { Summary::NOTHING })
+            Ok(if is_counted { self.run(|| of(is_own.as_ref().map(|is_own| is_own as _))) } else { nothing })
         };
-        ranks.reduce_work(summary, Summary::joined)
+        ranks.reduce_work(mine, join)
     }
 }
+
+/// Whether a column is this rank's own.
+type IsOwn<'c> = &'c (dyn Fn(usize) -> bool + Sync);
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::ranks::tests::on_ranks;
     use crate::ranks::{Owned, PartCells};
-    use icoray_grid::{ErrorKind, Grid, IcosahedralMesh, Location};
+    use icoray_grid::{Error, ErrorKind, Grid, IcosahedralMesh, Location};
 
     const ASKED: [Statistic; 3] = [Statistic::Min, Statistic::Max, Statistic::Mean];
     const LAYERS: usize = 3;
@@ -146,12 +201,45 @@ mod tests {
     }
 
     #[test]
-    fn missing_values_do_not_count() {
-        let mut ranks = Ranks::alone();
-        let nothing = summary_of(&mut ranks, &[f32::NAN; 6], Location::Center, None).unwrap();
-        assert_eq!(ASKED.map(|statistic| nothing.get(statistic)), [None; 3]);
-        let some = [f32::NAN, 2.0, 4.0, f32::INFINITY, -3.0, f32::NAN];
-        let some = summary_of(&mut ranks, &some, Location::Center, None).unwrap();
-        assert_eq!(ASKED.map(|statistic| some.get(statistic)), [Some(-3.0), Some(4.0), Some(1.0)]);
+    fn each_value_counts_once_on_any_number_of_ranks() {
+        let cells = 162;
+        let value = |cell: usize, layer: usize| match (cell + layer) % 7 {
+            0 => f32::NAN,
+            rest => (rest * 100 + cell) as f32,
+        };
+        let values: Vec<f32> = (0..cells * LAYERS).map(|at| value(at / LAYERS, at % LAYERS)).collect();
+        let field = Field::level_fastest(&values, LAYERS, Location::Center).unwrap();
+        let renderer = Renderer::new(1).unwrap();
+        let alone = renderer.histogram(&mut Ranks::alone(), &field, None, 16).unwrap();
+        let known = values.iter().filter(|value| !value.is_nan()).count() as u64;
+        assert_eq!((alone.counts.iter().sum::<u64>(), alone.missing), (known, (cells * LAYERS) as u64 - known));
+        assert!(alone.counts[0] > 0 && alone.counts[15] > 0);
+
+        for is_decomposed in [false, true] {
+            let found = over(3, |ranks, grid| {
+                let decomposition = is_decomposed.then(|| parts(ranks, grid));
+                renderer.histogram(ranks, &field, decomposition.as_ref(), 16).unwrap()
+            });
+            assert!(found.iter().all(|found| *found == alone), "{is_decomposed}");
+        }
+    }
+
+    /// Without any bin, values cannot be counted.
+    #[test]
+    fn a_panic_of_one_rank_is_the_error_of_all() {
+        let field = Field::level_fastest(&[1.0f32, 2.0][..], 2, Location::Center).unwrap();
+        let renderer = Renderer::new(1).unwrap();
+        let found = on_ranks(2, |ranks| {
+            let found = Error::of_panics(|| renderer.histogram(ranks, &field, None, 16 * ranks.rank()));
+            // A rank that has an error alone would leave the other one waiting: the test is to fail, not to wait.
+            if found.as_ref().is_err_and(|error| !error.context().starts_with("rank ")) {
+                ranks.reduce_values(Vec::<u64>::new(), |a, _| a).unwrap();
+            }
+            found
+        });
+        for error in found.into_iter().map(Result::unwrap_err) {
+            assert_eq!(error.kind(), ErrorKind::Internal);
+            assert!(error.context().starts_with("rank 0: "), "{error}");
+        }
     }
 }
