@@ -94,9 +94,9 @@ pub fn variable(name: &str) -> Option<OsString> {
     env::var_os(name).filter(|value| !value.is_empty())
 }
 
-/// Whether `ICORAY_REQUIRE` names a thing: its absence is then an error.
+/// Whether `ICORAY_REQUIRE` names a thing, or all: its absence is then an error.
 pub fn is_required(name: &str) -> bool {
-    env::var("ICORAY_REQUIRE").unwrap_or_default().split(',').any(|word| word == name)
+    env::var("ICORAY_REQUIRE").unwrap_or_default().split(',').any(|word| word == name || word == "all")
 }
 
 #[cfg(test)]

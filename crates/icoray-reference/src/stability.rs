@@ -1,7 +1,7 @@
 //! Numerical stability of the kernel in hard cases: thin shells, unusual cameras, rays at vertices, edges and facets,
 //! clear and opaque cells, steps and spikes, fields of any magnitude, missing values, fine meshes.
 //!
-//! Every case is rendered in f64 and f32 and compared, ray by ray, with the [oracle](crate::oracle) by
+//! Every case is rendered in f64 and f32 and compared, ray by ray, with the [oracle] by
 //! intersection with all triangles.
 
 mod cases;

@@ -22,7 +22,7 @@ use crate::workspace::{Workspace, is_required};
 /// Names behind `needs=`, and the Debian packages that they stand for. `data` is the data files and what reads them.
 const NEEDS: [(&str, &[&str]); 5] = [
     ("data", &["g++", "libnetcdf-dev", "pkg-config"]),
-    ("gfortran", &["gfortran"]),
+    ("fortran", &["gfortran"]),
     ("gpu", &["mesa-vulkan-drivers"]),
     ("mpi", &["libopenmpi-dev", "openmpi-bin", "libclang-dev"]),
     ("pkg-config", &["pkg-config"]),

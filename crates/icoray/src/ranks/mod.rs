@@ -146,7 +146,7 @@ impl Ranks {
     /// each; an empty mask stands for all of them. Collective.
     ///
     /// # Errors
-    /// [`ErrorKind::Mpi`] when the transport fails.
+    /// [`Mpi`](crate::ErrorKind::Mpi) when the transport fails.
     pub fn sharing_processors(&mut self, mask: &[u8]) -> Result<usize> {
         let Some(team) = &mut self.team else { return Ok(1) };
         let mates = team.find_group(team.node_leader(), 0)?;
