@@ -159,19 +159,24 @@ fn at(sources: &Sources, found: SourceVariable, count: &[usize], time: usize) ->
 /// `bottomDepth`.
 pub(super) fn interfaces(sources: &Sources, found: SourceVariable) -> Result<MeanHeights> {
     let [cells, layers] = cells_and_layers(found.variable);
-    let last = of_cells(sources, "maxLevelCell", cells)?;
+    let [first, last] = ["minLevelCell", "maxLevelCell"].map(|name| of_cells(sources, name, cells));
+    let (first, last) = (first?, last?);
     let depth = of_cells(sources, "bottomDepth", cells)?;
     let (start, count) = found.first_record()?;
     let block = found.decoded(&start, &count, &sources.options.missing)?;
     let thickness = |cell: usize, layer: usize| block.as_reals().get(cell * layers + layer);
-    // Without a sea floor a column ends at its first layer without thickness.
-    let wet = |cell: usize| match &last {
-        Some(last) => (last[cell].max(0.0) as usize).min(layers),
-        None => (0..layers).take_while(|&layer| thickness(cell, layer) > 0.0).count(),
+    let water = |cell: usize| {
+        let start = first.as_ref().map_or(0, |first| (first[cell].max(1.0) as usize - 1).min(layers));
+        // Without a sea floor a column ends at its first layer without thickness.
+        let end = match &last {
+            Some(last) => (last[cell].max(0.0) as usize).min(layers),
+            None => start + (start..layers).take_while(|&layer| thickness(cell, layer) > 0.0).count(),
+        };
+        start..end
     };
     let mut of_layers = vec![HeightStatistics::default(); layers];
     for cell in 0..cells {
-        for (layer, spread) in of_layers.iter_mut().enumerate().take(wet(cell)) {
+        for layer in water(cell) {
             let here = thickness(cell, layer);
             if !(here.is_finite() && here > 0.0) {
                 let (name, number) = (found.name(), cell + 1);
@@ -179,7 +184,7 @@ pub(super) fn interfaces(sources: &Sources, found: SourceVariable) -> Result<Mea
                     format!("{name} of cell {number}, layer {layer}: {here}, expected a positive thickness in metres");
                 return Err(found.error(ErrorKind::Layers, context));
             }
-            spread.add(here);
+            of_layers[layer].add(here);
         }
     }
     // Layers that no column has lie below all visible ones; they only have to lie below each other.
@@ -197,9 +202,10 @@ pub(super) fn interfaces(sources: &Sources, found: SourceVariable) -> Result<Mea
         let mut interfaces = vec![HeightStatistics::default(); layers + 1];
         for (cell, depth) in depth.into_iter().enumerate() {
             let mut height = -depth;
-            for interface in (0..=wet(cell)).rev().filter(|_| wet(cell) > 0) {
+            let water = water(cell);
+            for interface in (water.start..=water.end).rev().filter(|_| !water.is_empty()) {
                 interfaces[interface].add(height);
-                height += if interface > 0 { thickness(cell, interface - 1) } else { 0.0 };
+                height += if interface > water.start { thickness(cell, interface - 1) } else { 0.0 };
             }
         }
         interfaces.iter().zip(&height_m).map(|(i, height)| i.deviation_from(*height)).fold(0.0, f64::max)

@@ -118,6 +118,11 @@ fn without_a_depth_heights_are_counted_from_the_sea_surface() {
     let below_ice = column(&read(&open(&made), "theta", 0).all().unwrap(), 3);
     let expected = [0.03, 0.03, -19.97, -89.97, -489.97];
     assert!(below_ice.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{below_ice:?}");
+    // The thickness of ice is not water's.
+    let means = |made: &Made| open(made).layer_heights("theta").unwrap().height_m;
+    let expected = means(&made);
+    made.f64s("restingThickness")[3 * LAYERS] = 0.0;
+    assert_eq!(means(&made), expected);
 }
 
 #[test]

@@ -1,9 +1,11 @@
 //! Real files, if the test data are present.
 
+use crate::made::{Made, Values};
 use crate::memory::expect;
 use icoray::{CenterField, ErrorKind, Location};
 use icoray_dataset::Kind;
 use icoray_test_support::data_file;
+use netcdf::Options;
 
 #[test]
 fn jablonowski_williamson_wave() {
@@ -84,6 +86,41 @@ fn an_ocean_has_holes() {
     for cell in 0..1735 {
         for corner in grid.corners_of(cell).filter(|&corner| grid.is_triangle(corner)) {
             assert!(grid.triangle(corner).contains(&cell));
+        }
+    }
+}
+
+/// Without the tables of corners and edges the ocean has the same triangles.
+#[test]
+fn a_part_of_the_oceans_tables_is_enough() {
+    let Some(path) = data_file("spherical_grid_500km_landculled.nc") else { return };
+    let file = icoray_netcdf::open(path).unwrap();
+    let tables = file.mesh().tables();
+    let mut made = Made::of(
+        [("nCells", tables.cells()), ("nVertices", tables.corners()), ("maxEdges", 8)],
+        [("sphere_radius", 1.0.into())],
+    );
+    let angles = |reals: icoray::Reals| Values::F64((0..reals.len()).map(|i| reals.get(i)).collect());
+    let index = |indices: icoray::Indices| Values::I32(indices.iter().map(|i| i as i32).collect());
+    made.add("lonCell", &["nCells"], angles(tables.center.lon_rad));
+    made.add("latCell", &["nCells"], angles(tables.center.lat_rad));
+    made.add("lonVertex", &["nVertices"], angles(tables.corner.lon_rad));
+    made.add("latVertex", &["nVertices"], angles(tables.corner.lat_rad));
+    made.add("nEdgesOnCell", &["nCells"], index(tables.cell_corner_count.unwrap()));
+    made.add("verticesOnCell", &["nCells", "maxEdges"], index(tables.cell_corner));
+    let (_folder, path) = made.write(Options::NETCDF4);
+    let part = icoray_netcdf::open(&path).unwrap();
+    let (grid, expected) = (part.mesh().grid().unwrap(), file.mesh().grid().unwrap());
+    assert_eq!(grid.void_triangles(), expected.void_triangles());
+    for corner in 0..3924 {
+        assert_eq!(grid.is_triangle(corner), expected.is_triangle(corner), "{corner}");
+        if expected.is_triangle(corner) {
+            let [found, known] = [&grid, &expected].map(|grid| {
+                let mut cells = grid.triangle(corner);
+                cells.sort_unstable();
+                cells
+            });
+            assert_eq!(found, known, "{corner}");
         }
     }
 }
