@@ -97,7 +97,7 @@ void grid_parts(icoray_ctx *ctx)
     part.is_corner_owned = NULL;
     part.owned_corners = COUNT(corner);
     corner[7] = 80;
-    REFUSED(ctx, GRID, "corner_global row 7: 80, expected 0 to 79", icoray_part_set(ctx, &part));
+    REFUSED(ctx, GRID, "corner_global row 7: 80, expected 7", icoray_part_set(ctx, &part));
     part.corner_global = aside;
     REFUSED(ctx, ARGUMENT, "icoray_part.corner_global", icoray_part_set(ctx, &part));
 
