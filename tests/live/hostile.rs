@@ -8,6 +8,7 @@ use icoray_tests::native::text;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::io::Write;
+use std::net::TcpStream;
 use std::path::Path;
 use std::{fs, thread};
 
@@ -65,13 +66,25 @@ fn random_requests_leave_a_model_as_it_is() {
 }
 
 #[test]
-fn two_viewers_and_one_that_stalls_leave_the_model_as_it_is() {
+fn two_viewers_and_hostile_ones_leave_the_model_as_it_is() {
     let run = one_process("");
     let Watched { folder, to, mut model, viewer } = Watched::run(&format!("{SCENE}{LIVE}"), &run);
-    let mut stalled = viewer.page.connect().unwrap();
-    stalled.write_all(b"GET /api/frame?after=0 HTTP/1.1\r\nHost: ").unwrap();
+    let stalled: Vec<TcpStream> = (0..20)
+        .map(|_| {
+            let mut stream = viewer.page.connect().unwrap();
+            stream.write_all(b"GET /api/frame?after=0 HTTP/1.1\r\nHost: ").unwrap();
+            stream
+        })
+        .collect();
+    for garbage in [&b"\0\xff\xfe\r\n\r\n"[..], b"GET / HTTP/9.9\r\n\r\n", b"POST /api/change HTTP/1.1\r\n\r\n{"] {
+        let mut stream = viewer.page.connect().unwrap();
+        stream.write_all(garbage).unwrap();
+    }
     let wrong = Viewer { page: viewer.page.with_token(&"0".repeat(32)) };
     assert_eq!(wrong.set(r#"{"path":["camera","lon"],"value":1}"#).status, 401);
+    for _ in 0..100 {
+        drop(viewer.page.connect().unwrap());
+    }
     // Two viewers steer against each other: the last one holds.
     let steer = |side: f64| {
         let viewer = viewer.clone();
