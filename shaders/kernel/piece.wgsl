@@ -14,6 +14,9 @@ struct Radiance {
 const LIT_DEVIATIONS: f32 = 4.0;
 // Standard deviation of an independent error, as a fraction of its estimate.
 const INDEPENDENT: f32 = 0.31;
+// The part of the estimate of an unlit mean colour that is added as an independent one: with the five deviations of an
+// unlit pixel, the error of a piece alone is the whole estimate.
+const COLOR_PART: f32 = 1.0 / (5.0 * INDEPENDENT);
 
 fn radiance_none() -> Radiance {
     return Radiance(vec3f(0.0), 0.0, 0.0, 0.0, 0.0);

@@ -29,6 +29,9 @@ pub const LIT_DEVIATIONS: f64 = 4.0;
 /// of them are 1.24 times the estimate, since neighbouring pieces may err alike; with 1.2, one of 338,688 pixels of lit
 /// scenes of several things was farther off than its error, by 1.01 times.
 pub const INDEPENDENT: f64 = 0.31;
+/// The part of the estimate of a mean colour that is added as an independent one, unlit and lit. Unlit, the error of a
+/// piece alone is thus the whole estimate; lit pieces have mostly the errors of their shades.
+pub const COLOR_PART: [f64; 2] = [1.0 / (DEVIATIONS * INDEPENDENT), 0.5];
 
 impl<T: Real> Radiance<T> {
     /// No light, nothing absorbed.

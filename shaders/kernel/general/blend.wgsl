@@ -294,9 +294,9 @@ fn blend_of(mixture: Mixture, depth: f32, through: vec2f, rounds: vec2f, shade: 
     let rounded = rounds.x + mean.spread * min(rounds.y / max(depth, LEAST), 1.0);
     // In dense pieces the centre of the light is less certain.
     let shade_off = select(3.0, 1.0, depth <= THIN) * shade.x;
-    // Under light, the errors of pieces are estimates that are added as independent ones.
-    let estimate = sqrt(shade_off * shade_off + 0.25 * mean.off * mean.off);
-    let off = select(vec2f(mean.off, 0.0), vec2f(shade.y, estimate), IS_LIT);
+    // Estimates of different pieces are added as independent ones.
+    let of_color = select(COLOR_PART, 0.5, IS_LIT) * mean.off;
+    let off = vec2f(shade.y, sqrt(shade_off * shade_off + of_color * of_color));
     let off_by = min(rounds.y * through.y + absorbed * (rounded + ROUNDING), 1.0);
     let turned = absorbed * shade.z;
     let deviation = absorbed * off.y * INDEPENDENT;
@@ -305,7 +305,7 @@ fn blend_of(mixture: Mixture, depth: f32, through: vec2f, rounds: vec2f, shade: 
     var cut_for = off;
     // Coarse light is not halved for the error of its shades.
     if IS_LIT && lighting.max_cuts == 0u {
-        cut_for.y = 0.5 * mean.off;
+        cut_for.y = of_color;
     }
     return Blend(light, cut_for, cut_for.x + cut_for.y <= rounded);
 }
@@ -313,13 +313,14 @@ fn blend_of(mixture: Mixture, depth: f32, through: vec2f, rounds: vec2f, shade: 
 // The smallest difference of colours that rounding in single precision leaves.
 const LEAST_TOLERANCE: f32 = 8.0 * ROUNDING;
 
-// Whether the ray cannot afford the error of the piece.
+// Whether a piece is to be halved: the ray cannot afford the error of a lit one, or an unlit one exceeds the tolerance
+// itself, since a halving divides its error by about 64.
 fn blend_is_far(blend: Blend, light: Radiance) -> bool {
-    var color_tolerance = params.color_tolerance;
-    if !IS_LIT {
-        // The budget of lit rays includes the advance, and room for rounding.
-        color_tolerance *= 0.95 / (1.0 + ADVANCE);
-    }
-    color_tolerance = max(color_tolerance, LEAST_TOLERANCE);
-    return !blend.is_rounding && !is_affordable(light, blend.light.alpha, blend.off, color_tolerance);
+    let color_tolerance = max(params.color_tolerance, LEAST_TOLERANCE);
+    let is_near = select(
+        blend.off.y <= COLOR_PART * color_tolerance,
+        is_affordable(light, blend.light.alpha, blend.off, color_tolerance),
+        IS_LIT,
+    );
+    return !(blend.is_rounding || is_near);
 }

@@ -2,7 +2,8 @@
 //!
 //! On a piece each field stays in one span of each of its transfer functions, so the optical depth from the piece's
 //! start is a sum of closed forms (`piece.rs`). The remaining integral is the mean colour of the absorbed light
-//! (`mean_color.rs`). If its error exceeds the ray's budget, the panel is halved, front half first, until the ray ends.
+//! (`mean_color.rs`). If its error exceeds the tolerance, under light the ray's budget, the panel is halved, front half
+//! first, until the ray ends.
 //! With lighting, each medium has one shade in a panel, that of its mean normal, as one volume has it
 //! ([`RayShading::mean`]); the centre of its light follows from its absorption at the three places.
 //!
@@ -11,7 +12,7 @@
 
 use super::mean_color::{MeanColor, Mixture, Panel};
 use super::source::TransferMap;
-use crate::light::INDEPENDENT;
+use crate::light::{COLOR_PART, INDEPENDENT};
 use crate::lit::{LightSpread, is_affordable, may_halve};
 use crate::piece::{Radiance, bend_factor};
 use crate::segment::Segment;
@@ -215,20 +216,18 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             let rounded = self.rounding(&nodes, mean.spread);
             // In dense panels the centre of the light is less certain.
             let shade_off = if depth <= THIN { shade_off } else { 3.0 * shade_off };
-            // Under light, the errors of panels are estimates that are added as independent ones.
-            let is_lit = self.shading.is_some();
-            let (shared, own) = if is_lit { (rounding, shade_off.hypot(0.5 * mean.off)) } else { (mean.off, 0.0) };
-            let off = shared + own;
-            let is_near = if is_lit {
-                is_affordable(light, absorbed, [shared, own], self.color_tolerance)
-            } else {
-                off <= self.color_tolerance
+            // Estimates of different panels are added as independent ones. Unlit panels have no budget in common: a
+            // halving divides their error by about 64.
+            let own = shade_off.hypot(COLOR_PART[usize::from(self.shading.is_some())] * mean.off);
+            let is_near = match self.shading {
+                Some(_) => is_affordable(light, absorbed, [rounding, own], self.color_tolerance),
+                None => mean.off <= self.color_tolerance,
             };
-            if is_near || off <= rounded || !may_halve(halvings, (last.u - from) / (to - from)) {
+            if is_near || rounding + own <= rounded || !may_halve(halvings, (last.u - from) / (to - from)) {
                 moved += light.transmittance() * absorbed * rounded.hypot(deviation);
                 let shade_variance = (absorbed * own * INDEPENDENT).powi(2);
                 let plain = Radiance::plain(mean.color, absorbed);
-                light.over(&Radiance { error: absorbed * shared, shade_variance, ..plain });
+                light.over(&Radiance { error: absorbed * rounding, shade_variance, ..plain });
                 if light.transmittance() <= self.min_transmittance {
                     break;
                 }

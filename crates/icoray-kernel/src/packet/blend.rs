@@ -10,7 +10,7 @@ use super::light::{GradientCourse, Lit, Shade, is_dear};
 use super::medium::Medium;
 use super::part::{Part, all};
 use super::several::LEAST_PART;
-use crate::light::{INDEPENDENT, Radiance};
+use crate::light::{COLOR_PART, INDEPENDENT, Radiance};
 use crate::lit::LightSpread;
 use crate::piece::THIN;
 use crate::shade::{ColorChange, RayShading};
@@ -248,12 +248,9 @@ impl<V: Machine> Blend<V> {
         let [shade_off, shade_rounding, shade_deviation] = of_shades;
         // In dense pieces the centre of the light is less certain.
         let shade_off = shade_off * depth.simd_le(THIN as f32).select(one, all(simd, 3.0));
-        // Under light, the errors of pieces are estimates that are added as independent ones.
-        let (shared, own) = if lighting.is_some() {
-            (shade_rounding, (off * off).mul_add(0.25, shade_off * shade_off).sqrt())
-        } else {
-            (off, zero)
-        };
+        // Estimates of different pieces are added as independent ones.
+        let of_color = off * COLOR_PART[usize::from(lighting.is_some())] as f32;
+        let own = of_color.mul_add(of_color, shade_off * shade_off).sqrt();
         let off_by = thickened.mul_add(fading.through[1], absorbed * (rounded + 0.5 * f32::EPSILON)).min(one);
         let deviation = absorbed * own * INDEPENDENT as f32;
         // All parts of a frustum share the rounding of the gradients at its vertices.
@@ -262,21 +259,26 @@ impl<V: Machine> Blend<V> {
         let light = Radiance {
             color: color.map_inline(|c| c * absorbed),
             alpha: absorbed,
-            error: absorbed * shared,
+            error: absorbed * shade_rounding,
             variance: off_by.mul_add(off_by, turned * turned / extent),
             shade_variance: deviation * deviation,
         };
-        let own = if is_coarse { own.min(off * 0.5) } else { own };
+        let own = if is_coarse { of_color } else { own };
         // A NaN depth absorbs nothing, and shorter pieces do not reduce rounding errors.
-        let is_rounding = (shared + own).simd_le(rounded);
-        Blend { light, off: [shared, own], is_rounding, absorbs: depth.simd_gt(0.0) }
+        let is_rounding = (shade_rounding + own).simd_le(rounded);
+        Blend { light, off: [shade_rounding, own], is_rounding, absorbs: depth.simd_gt(0.0) }
     }
 
-    /// Lanes whose rays cannot afford the error of their pieces.
+    /// Lanes whose pieces are to be halved: those whose rays cannot afford the error of lit ones, and unlit ones that
+    /// exceed the tolerance themselves, since a halving divides their error by about 64.
     #[inline(always)]
-    pub fn is_far(&self, simd: V, lanes: &Lanes<V>, color_tolerance: f32) -> Mask<V> {
+    pub fn is_far(&self, simd: V, lanes: &Lanes<V>, color_tolerance: f32, is_lit: bool) -> Mask<V> {
         let color_tolerance = color_tolerance.max(LEAST_TOLERANCE);
-        let is_dear = is_dear(simd, &lanes.light, self.light.alpha, self.off, color_tolerance);
+        let is_dear = if is_lit {
+            is_dear(simd, &lanes.light, self.light.alpha, self.off, color_tolerance)
+        } else {
+            self.off[1].simd_gt(COLOR_PART[0] as f32 * color_tolerance)
+        };
         is_dear & !self.is_rounding & self.absorbs
     }
 }

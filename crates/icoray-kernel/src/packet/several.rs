@@ -13,7 +13,6 @@ use super::part::{Part, all};
 use super::read::{FAR, LARGEST, Source};
 use super::{Packet, mask};
 use crate::general::RaySettings;
-use crate::lit::ADVANCE;
 use fearless_simd::prelude::*;
 use icoray_simd::{Floats, Machine, Mask};
 
@@ -258,8 +257,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             let blend = Blend::of(simd, &mut volumes.nodes, lighting, self.frame.rays.is_coarse);
             let has_room = self.lit.may_halve(to) & (to - from).simd_gt(LEAST_PART);
             // The budget of lit rays includes the advance, and room for rounding.
-            let share = if N == 4 { 1.0 } else { 0.95 / (1.0 + ADVANCE as f32) };
-            let is_far = blend.is_far(simd, &self.lanes, share * self.color_tolerance);
+            let is_far = blend.is_far(simd, &self.lanes, self.color_tolerance, N == 4);
             left = (is_far & has_room).to_bitmask() as u32 & active;
             shown = Some(blend);
         }
