@@ -14,7 +14,8 @@ pub struct Radiance<T> {
     pub error: T,
     /// Variance of `color` and `alpha` due to rounding, as if each piece had its own.
     pub variance: T,
-    /// Variance of `color` due to the estimated errors of lit pieces, as if they were independent.
+    /// Variance of `color` due to the estimated errors of pieces that are lit or in several volumes, as if they were
+    /// independent.
     pub shade_variance: T,
 }
 

@@ -256,7 +256,6 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
             let lighting = shading.map(|shading| (&self.lit, shading, volumes.courses.as_slice(), [from, to]));
             let blend = Blend::of(simd, &mut volumes.nodes, lighting, self.frame.rays.is_coarse);
             let has_room = self.lit.may_halve(to) & (to - from).simd_gt(LEAST_PART);
-            // The budget of lit rays includes the advance, and room for rounding.
             let is_far = blend.is_far(simd, &self.lanes, self.color_tolerance, N == 4);
             left = (is_far & has_room).to_bitmask() as u32 & active;
             shown = Some(blend);
