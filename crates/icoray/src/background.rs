@@ -258,8 +258,7 @@ fn retain<'f>(
     mut check: impl FnMut(&mut FrameInputs<'f>) -> Result<()>,
 ) {
     frames.retain_mut(|(number, frame)| {
-        let mine = ranks.attempt(|| check(frame));
-        let checked = ranks.collective(mine).map_err(|error| refused.push((*number, error)));
+        let checked = ranks.collective_work(|| check(frame)).map_err(|error| refused.push((*number, error)));
         checked.is_ok()
     });
 }

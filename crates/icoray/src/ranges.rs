@@ -48,8 +48,7 @@ pub(crate) fn reduce_parts<T: Serialize + DeserializeOwned>(
     if part.is_some() {
         return ranks.reduce_work(|| Ok(work()), join);
     }
-    let mine = ranks.attempt(|| Ok(work()));
-    ranks.collective(mine)
+    ranks.collective_work(|| Ok(work()))
 }
 
 /// The union of two ranges, of which `None` is empty.

@@ -49,11 +49,10 @@ impl Copies {
                 }
             }
         }
-        let copied = ranks.attempt(|| {
+        ranks.collective_work(|| {
             self.own.take(&own, renderer);
             Ok(())
-        });
-        ranks.collective(copied)?;
+        })?;
         for (decomposition, columns, inputs, fields) in spread {
             let gathered = columns.gather(ranks, &inputs, || Ok(fields))?;
             self.gathered.push((decomposition.clone(), gathered));

@@ -150,14 +150,13 @@ pub(crate) fn make(
     let mut made = DerivedFields::default();
     for (Derivation { name, how }, origin) in &needed {
         let of = made.fields(given.fields);
-        let inputs = ranks.attempt(|| inputs(&of, how).map_err(|e| e.within(format!("{name:?}"))));
-        let inputs = ranks.collective(inputs)?;
+        let inputs = ranks.collective_work(|| inputs(&of, how).map_err(|e| e.within(format!("{name:?}"))))?;
         let means = match how {
             How::FromZonalMean { band_deg, .. } => Some(Means::of(ranks, threads, given, &inputs[0], *band_deg)?),
             _ => None,
         };
         let at = FieldLayout::of(&inputs[0]);
-        let values = ranks.attempt(|| {
+        let values = ranks.collective_work(|| {
             let room = kept.room_for(&inputs);
             let fill = |inputs: &[Field], operation| Ok(threads.run(|| fill(room, inputs, &operation)));
             match how {
@@ -171,8 +170,7 @@ pub(crate) fn make(
                     fill(&[inputs[0], at.field(&first, None)], Operation::Sum(vec![1.0, -1.0]))
                 }
             }
-        });
-        let values = ranks.collective(values)?;
+        })?;
         made.fields.push(DerivedField { name: name.clone(), values, at });
     }
     made.remembered = kept.first_bytes();

@@ -131,11 +131,10 @@ fn fill_report(context: &FrameContext, ranks: &Ranks, report: &mut FrameReport) 
 /// Builds the kernel's scene where it is needed in any case, and receives gradients and normals of halo cells from
 /// other ranks. Collective.
 fn complete(context: &FrameContext, ranks: &mut Ranks, built: &mut Lazy<BuiltScene>, is_lit: bool) -> Result<()> {
-    let found = ranks.attempt(|| match context.needs_scene() {
+    ranks.collective_work(|| match context.needs_scene() {
         true => context.renderer.run(|| built.try_get().map(drop)),
         false => Ok(()),
-    });
-    ranks.collective(found)?;
+    })?;
     match context.part {
         Some(part) if is_lit => built.get_mut().fill_halos(ranks, part),
         _ => Ok(()),

@@ -22,7 +22,7 @@ impl FieldSummary {
     /// The summary of the first field. Collective.
     pub fn of(context: &FrameContext, ranks: &mut Ranks) -> Result<Self> {
         let FrameContext { renderer, scene, plan, part, start, .. } = *context;
-        let range = ranks.attempt(|| {
+        let mut range = ranks.collective_work(|| {
             renderer.run(|| {
                 check_memory(context)?;
                 Ok(match part {
@@ -30,8 +30,7 @@ impl FieldSummary {
                     None => context.range(0),
                 })
             })
-        });
-        let mut range = ranks.collective(range)?;
+        })?;
         if part.is_some() {
             range = Part::whole_range(ranks, range)?;
         }

@@ -125,11 +125,10 @@ fn failing(team: &mut Team, fixture: &Fixture) -> Background {
             (2, 1) => panic!("within the frame of {}", ranks.share(&[1])?.len()),
             (2, _) => drop(ranks.share(&[0])?),
             (3, rank) => {
-                let mine = ranks.attempt(|| {
+                ranks.collective_work(|| {
                     assert!(rank != 1, "a phase");
                     Ok(())
-                });
-                ranks.collective(mine)?;
+                })?;
             }
             _ => {}
         }

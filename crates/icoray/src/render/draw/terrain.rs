@@ -27,7 +27,7 @@ impl<'f> Terrain<'f> {
             let levels = Levels::concentric(radius);
             return Ok(Terrain { levels, core_radius: [inner, inner], outer, key: None });
         };
-        let checked = ranks.attempt(|| {
+        let (heights, mut core_radius) = ranks.collective_work(|| {
             renderer.run(|| {
                 let heights = heights::Heights::new(&given.field(), layers, grid, radius.len(), scene.exaggeration)?;
                 let lowest = (0..grid.cells() as u32).into_par_iter().map(|cell| heights.radius(cell, 0));
@@ -36,8 +36,7 @@ impl<'f> Terrain<'f> {
                 let lowest = lowest.map(|radius| [radius; 2]).reduce(|| [inner; 2], around);
                 Ok((heights, lowest))
             })
-        });
-        let (heights, mut core_radius) = ranks.collective(checked)?;
+        })?;
         let mut bounds = heights.bounds();
         if part.is_some() {
             for range in [&mut core_radius, &mut bounds] {
