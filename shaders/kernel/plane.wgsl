@@ -51,12 +51,11 @@ const LEAST_B: f32 = 1e-12;
 // The plane of the great circle from `from_` towards `to`; if these are equal or opposite, q is 0.
 fn plane_through(from_: Wide3, to: Wide3) -> Plane {
     let upwards = wide3_cross(from_, to);
-    let long = wide3_length(upwards);
-    if long.hi < TINY {
+    if length(upwards.hi) < TINY {
         let none = Wide3(vec3f(0.0), vec3f(0.0));
         return Plane(from_, none, none);
     }
-    let q = wide3_scale(upwards, wide_div(wide(1.0), long));
+    let q = wide3_normalize(upwards);
     return Plane(from_, wide3_normalize(wide3_cross(q, from_)), q);
 }
 
@@ -137,8 +136,8 @@ fn ray_line_new(eye: Wide3, dir: Wide3, outer: Wide) -> RayLine {
     line.is_there = wide_less(line.start, line.end);
     var x = any_orthonormal_vector(dir);
     if line.b.hi > TINY {
-        let straight = upright(wide3_scale(closest, wide_div(wide(1.0), line.b)), dir);
-        if wide3_length(straight).hi > TINY {
+        let straight = upright(wide3_normalize(closest), dir);
+        if length(straight.hi) > TINY {
             x = wide3_normalize(upright(wide3_normalize(straight), dir));
         }
     }

@@ -55,10 +55,9 @@ fn shading_along(s: Shading, dir: Wide3) -> RayShading {
         light = wide3_neg(dir);
     }
     let between = wide3_add(light, wide3_neg(dir));
-    let long = wide3_length(between);
     var halfway = vec3f(0.0);
-    if long.hi > TINY {
-        halfway = wide3_scale(between, wide_div(wide(1.0), long)).hi;
+    if length(between.hi) > TINY {
+        halfway = wide3_normalize(between).hi;
     }
     return RayShading(
         s.ambient, s.diffuse, s.specular, s.shininess, light.hi, halfway, s.sharpness,

@@ -90,10 +90,13 @@ fn contour_entry(contour: ptr<function, Contour>) -> Crossing {
 }
 
 fn contour_exit(contour: ptr<function, Contour>) -> Crossing {
-    if plane_vertex_is_left((*contour).apex) {
-        return crossing_between((*contour).apex, (*contour).right);
+    var left = (*contour).left;
+    var right = (*contour).apex;
+    if plane_vertex_is_left(right) {
+        left = right;
+        right = (*contour).right;
     }
-    return crossing_between((*contour).left, (*contour).apex);
+    return crossing_between(left, right);
 }
 
 fn contour_column_of(cells: vec3u, cell: u32) -> u32 {

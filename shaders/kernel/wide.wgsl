@@ -111,25 +111,27 @@ fn wide_times(a: Wide, b: f32) -> Wide {
     return quick_two_sum(product.hi, product.lo + opaque(a.lo * b));
 }
 
-// Long division, a digit of f32 at a time: a rough first digit does no harm.
+// Long division, a digit of f32 at a time: a rough first digit does no harm. What is left is small, so that f32 has it.
 fn wide_div(a: Wide, b: Wide) -> Wide {
     let first = opaque(a.hi / b.hi);
-    var rest = wide_sub(a, wide_times(b, first));
-    let second = opaque(rest.hi / b.hi);
-    rest = wide_sub(rest, wide_times(b, second));
+    let second = opaque(wide_apart(a, wide_times(b, first)) / b.hi);
     let both = quick_two_sum(first, second);
-    return wide_add(both, wide(opaque(rest.hi / b.hi)));
+    let third = opaque(wide_apart(a, wide_mul(b, both)) / b.hi);
+    return quick_two_sum(both.hi, both.lo + third);
 }
 
-// Two of Newton's steps from f32's root; 0 below 0. There is no branch: it is inlined at many places.
+// 0 below 0. There is no branch: it is inlined at many places.
 fn wide_sqrt(a: Wide) -> Wide {
-    let root = wide_sqrt_step(a, wide_sqrt_step(a, wide(opaque(sqrt(max(a.hi, 1.2e-38))))));
+    let root = wide_mul(a, wide_inverse_sqrt(a));
     return Wide(select(0.0, root.hi, a.hi > 0.0), select(0.0, root.lo, a.hi > 0.0));
 }
 
-fn wide_sqrt_step(a: Wide, root: Wide) -> Wide {
-    let off = wide_sub(a, wide_mul(root, root));
-    return wide_add(root, wide(opaque(off.hi / (2.0 * root.hi))));
+// 1 / sqrt(a) = rough (1 - off)^(-1/2) with off = 1 - a rough^2, which is a few last digits of f32: the series has all
+// digits with its first two terms.
+fn wide_inverse_sqrt(a: Wide) -> Wide {
+    let rough = opaque(inverseSqrt(max(a.hi, 1.2e-38)));
+    let off = wide_apart(wide(1.0), wide_times(wide_times(a, rough), rough));
+    return quick_two_sum(rough, opaque(rough * off * (0.5 + 0.375 * off)));
 }
 
 // a - b to the digits of f32, which suffice for a small difference of two wide numbers: if the upper halves are close,
@@ -197,5 +199,5 @@ fn wide3_length(a: Wide3) -> Wide {
 
 // The unit vector along `a`, which is no shorter than `TINY` (`plane.wgsl`).
 fn wide3_normalize(a: Wide3) -> Wide3 {
-    return wide3_scale(a, wide_div(wide(1.0), wide3_length(a)));
+    return wide3_scale(a, wide_inverse_sqrt(wide3_dot(a, a)));
 }

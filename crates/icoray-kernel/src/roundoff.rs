@@ -34,10 +34,10 @@ impl<T: Real> MediumSample<T> {
 /// A piece behind a cut.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct KnotCrossing<T> {
-    /// Values at its start, which is the cut, and at its end.
-    pub values: [T; 2],
-    /// Slope of the segment at the cut.
-    pub slope: T,
+    /// Value at the cut.
+    pub value: T,
+    /// Slopes of the segment at the cut and at the piece's end.
+    pub slopes: [T; 2],
     /// Its length, planet radii.
     pub length: T,
     /// Its medium at its middle.
@@ -52,8 +52,8 @@ pub(super) struct KnotCrossing<T> {
 #[derive(Debug)]
 pub(super) struct Roundoff<T> {
     length: T,
-    /// Values at the ends, and their rounding error.
-    ends: [T; 2],
+    /// Rise between the ends, and the rounding error of their values.
+    rise: T,
     reach: T,
     /// Maximum of the slope, and the least at a cut.
     steepest: T,
@@ -69,33 +69,28 @@ impl<T: Real> Roundoff<T> {
     /// For a segment that starts in `start`, whose ends have the rounding error `reach`.
     #[inline]
     pub fn new(segment: &Segment<T>, reach: T, start: MediumSample<T>) -> Self {
-        let ends = [segment.f0, segment.f1];
-        let flattest = (segment.f1 - segment.f0).abs();
-        let steepest = flattest + segment.kappa.abs();
-        Roundoff { length: segment.length, ends, reach, steepest, flattest, start, absorbed_before: None, last: None }
-    }
-
-    #[inline]
-    fn rise(&self) -> T {
-        (self.ends[1] - self.ends[0]).abs()
+        let rise = (segment.f1 - segment.f0).abs();
+        let steepest = rise + segment.kappa.abs();
+        let length = segment.length;
+        Roundoff { length, rise, reach, steepest, flattest: rise, start, absorbed_before: None, last: None }
     }
 
     /// Adds a cut, after the piece behind it was added to `light`, which had absorbed `absorbed` before.
     #[inline]
     pub fn cut(&mut self, light: &mut Radiance<T>, absorbed: T, piece: KnotCrossing<T>) {
         let unit = T::of(2.0 * T::ROUNDING);
-        let last_digit = unit * piece.values[0].abs();
-        let knot = self.length * last_digit / (last_digit + self.rise());
+        let last_digit = unit * piece.value.abs();
+        let knot = self.length * last_digit / (last_digit + self.rise);
         let off = unit * piece.length + knot;
         if let Some((last, length)) = self.last {
-            self.flattest = self.flattest.min(piece.slope.abs());
+            self.flattest = self.flattest.min(piece.slopes[0].abs());
             // A cut is found from the previous cut: the shorter adjacent piece bounds its error.
             let off = unit * length.min(piece.length) + knot;
             self.add_displacement(light, absorbed, off, [&last, &piece.mean]);
         }
         // A piece of the wrong length has its colours elsewhere; in a narrow span it is too long or too short by as
         // much as the segment is too flat or too steep there.
-        let stretch = if piece.is_narrow { self.stretch(piece.values) } else { T::zero() };
+        let stretch = if piece.is_narrow { self.stretch(piece.slopes) } else { T::zero() };
         let part = (stretch + off / piece.length).min(T::one());
         let colors = (light.alpha - absorbed) * piece.change * part;
         let depth = ((T::one() - light.alpha) * piece.mean.extinction * piece.length * stretch).min(T::one());
@@ -103,14 +98,11 @@ impl<T: Real> Roundoff<T> {
         self.last = Some((piece.mean, piece.length));
     }
 
-    /// The relative error of the length of a narrow piece between these values: largest if it ends at a knot near an
-    /// end of the segment, at which f turns and is flat.
+    /// The relative error of the length of a narrow piece with these slopes at its ends: the relative error of its slope,
+    /// largest where f turns.
     #[inline]
-    fn stretch(&self, values: [T; 2]) -> T {
-        let apart = |value: T| (value - self.ends[0]).abs().min((value - self.ends[1]).abs());
-        let knots = values.into_iter().filter(|value| !self.ends.contains(value));
-        let near = knots.map(apart).fold(T::infinity(), T::min);
-        T::of(2.0) * self.reach / (self.reach + near)
+    fn stretch(&self, [start, end]: [T; 2]) -> T {
+        T::of(2.0) * self.reach / (self.reach + start.abs().min(end.abs()))
     }
 
     /// Adds the effect of a shift of all cuts, at the segment's end, in the medium `end`. The displaced light is seen

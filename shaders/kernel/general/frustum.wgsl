@@ -25,7 +25,9 @@ var<private> ray_scene: RayScene;
 
 fn scene_begin(line: RayLine, eye: Wide3, dir: Wide3) {
     known_sides = 0u;
-    ray_scene = RayScene(clips_behind(line, line.start), false, BoundarySignature(0u, 0.0), wide3_dot(eye, dir));
+    // The first frustum or layer moves on from a stretch that ends well before the ray.
+    let before = Stretch(0u, wide_sub(line.start, wide(1.0)));
+    ray_scene = RayScene(before, false, BoundarySignature(0u, 0.0), wide3_dot(eye, dir));
 }
 
 // Begins a new run of columns.
