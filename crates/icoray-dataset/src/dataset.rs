@@ -4,7 +4,6 @@ use crate::edges::{self, Edges, EdgesInFiles};
 use crate::field::{FieldInfo, OwnedField};
 use crate::heights::LayerHeights;
 use crate::heights::native::{self, NativeHeights, NativeInfo};
-use crate::joined::Joined;
 use crate::mesh::{self, Mesh, MeshLayout};
 use crate::raster;
 use crate::sea::Sea;
@@ -12,8 +11,9 @@ use crate::source::Source;
 use crate::sources::{DatasetOptions, Sources};
 use crate::times::Times;
 use crate::values::AssumedMark;
-use icoray::{ErrorKind, Grid, Layers, Location, Result, did_you_mean};
+use icoray::{Error, ErrorKind, Grid, Layers, Location, Result, did_you_mean};
 use std::collections::{BTreeMap, HashMap};
+use std::fmt;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -36,9 +36,9 @@ pub struct Dataset {
     heights: Mutex<HashMap<String, LayerHeights>>,
     /// Values of fields that were taken for marks of missing values, by the field's name.
     assumed_marks: Mutex<BTreeMap<String, Vec<AssumedMark>>>,
-    pub(crate) joined: Vec<Joined>,
+    pub(crate) joined: Vec<Dataset>,
     /// The dataset whose values are subtracted.
-    pub(crate) minus: Option<Box<Joined>>,
+    pub(crate) minus: Option<Box<Dataset>>,
 }
 
 impl Dataset {
@@ -164,6 +164,11 @@ impl Dataset {
         })
     }
 
+    /// An error about the fields' source.
+    pub(crate) fn error(&self, kind: ErrorKind, context: impl fmt::Display) -> Error {
+        self.sources.fields().error(kind, context)
+    }
+
     /// The names of all fields, separated by commas.
     fn field_names(&self) -> String {
         let names: Vec<&str> = self.fields.iter().map(|info| info.name.as_str()).collect();
@@ -236,10 +241,10 @@ impl Dataset {
     /// are none.
     pub fn read_layers(&self, name: &str, time: usize, layers: Range<usize>) -> Result<OwnedField> {
         if let Some(joined) = self.joined_with(name) {
-            return joined.file.read_layers(name, joined.record(name, time)?, layers);
+            return joined.read_layers(name, self.record_in(joined, name, time)?, layers);
         }
         let info = self.field_info(name)?;
-        let bad = |what: String| self.sources.fields().error(ErrorKind::Field, format_args!("{name}: {what}"));
+        let bad = |what: String| self.error(ErrorKind::Field, format_args!("{name}: {what}"));
         let records = if info.time_dependent { self.times.records } else { self.times.dates.len() };
         if time >= records {
             let expected = match records {
@@ -269,7 +274,7 @@ impl Dataset {
             sea.mask_dry(info, layers.clone(), &mut field);
         }
         match &self.minus {
-            Some(minus) => field.less(&minus.file.read_layers(name, minus.record(name, time)?, layers)?),
+            Some(minus) => field.less(&minus.read_layers(name, self.record_in(minus, name, time)?, layers)?),
             None => Ok(field),
         }
     }
@@ -350,7 +355,7 @@ impl Dataset {
     /// invalid; [`ErrorKind::Io`] when the file is damaged or cut off.
     pub fn native_heights(&self, grid: &Grid, field: &str, time: usize) -> Result<Option<NativeHeights>> {
         if let Some(joined) = self.joined_with(field) {
-            return joined.file.native_heights(grid, field, joined.record(field, time)?);
+            return joined.native_heights(grid, field, self.record_in(joined, field, time)?);
         }
         let info = self.field_info(field)?;
         NativeHeights::read(&self.sources, &self.mesh, grid, info, self.sea()?.and_then(Sea::floor), time)

@@ -154,16 +154,13 @@ impl Source for NcFile {
     }
 
     fn attribute(&self, variable: Option<&str>, name: &str) -> Result<Option<Attribute>> {
-        let Some(variable) = variable else {
-            let value = guarded(&self.path, format_args!("attribute {name}"), || {
-                let found = self.file.root().and_then(|root| attribute_of(&root, name));
-                found.or_else(|| self.file.attribute(name).map(|a| a.value())).transpose()
-            });
-            return value.map(|value| value.and_then(attribute));
-        };
-        let value = guarded(&self.path, format_args!("attribute {name} of {variable}"), || {
-            let variable = self.file.variable(variable).ok_or("no such variable")?;
-            variable.attribute_value(name).transpose()
+        let what = variable.map_or_else(String::new, |variable| format!(" of {variable}"));
+        let value = guarded(&self.path, format_args!("attribute {name}{what}"), || {
+            if let Some(variable) = variable {
+                return self.file.variable(variable).ok_or("no such variable")?.attribute_value(name).transpose();
+            }
+            let found = self.file.root().and_then(|root| attribute_of(&root, name));
+            found.or_else(|| self.file.attribute(name).map(|a| a.value())).transpose()
         });
         value.map(|value| value.and_then(attribute))
     }

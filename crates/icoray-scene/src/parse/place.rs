@@ -93,31 +93,24 @@ pub(super) fn lon_lat_box(
     if lon.is_none() && lat.is_none() {
         return Ok(None);
     }
-    let lon_deg = lon.map_or(Ok([-180.0, 180.0]), |raw| longitudes(source, raw, &format!("{table}lon")))?;
-    let lat_deg = lat.map_or(Ok([-90.0, 90.0]), |raw| latitudes(source, raw, &format!("{table}lat")))?;
+    let lon_deg = lon.map_or(Ok([-180.0, 180.0]), |raw| {
+        // [170, -170] goes over the date line, as [170, 190] does.
+        let [west, east] = *raw.get_ref();
+        let turns = if east < west { ((west - east) / 360.0).floor() + 1.0 } else { 0.0 };
+        ends(source, raw, &format!("{table}lon"), "western and eastern", east + 360.0 * turns)
+    })?;
+    let lat_deg = lat.map_or(Ok([-90.0, 90.0]), |raw| {
+        ends(source, raw, &format!("{table}lat"), "southern and northern", raw.get_ref()[1])
+    })?;
     Ok(Some(LonLatBox { lon_deg, lat_deg }))
 }
 
-/// From west to east: [170, -170] goes over the date line, as [170, 190] does.
-fn longitudes(source: &Text, raw: &Spanned<[f64; 2]>, key: &str) -> Result<[f64; 2]> {
-    let [west, east] = *raw.get_ref();
-    let schema = source.schema(key);
-    let turns = if east < west { ((west - east) / 360.0).floor() + 1.0 } else { 0.0 };
-    let end = east + 360.0 * turns;
-    if schema.contains(west) && schema.contains(east) && west < end && end - west <= 360.0 {
-        return Ok([west, end]);
+/// The first of two numbers within the key's bounds, and the larger end that stands for the second; `words` name both.
+fn ends(source: &Text, raw: &Spanned<[f64; 2]>, key: &str, words: &str, end: f64) -> Result<[f64; 2]> {
+    let ([first, second], schema) = (*raw.get_ref(), source.schema(key));
+    if schema.contains(first) && schema.contains(second) && first < end && end - first <= 360.0 {
+        return Ok([first, end]);
     }
-    let wish = format!("expected western and eastern end, {}", schema.range_text());
-    Err(source.bad(raw.span(), key, format!("{}, {wish}", numbers::list(&[west, east]))))
-}
-
-fn latitudes(source: &Text, raw: &Spanned<[f64; 2]>, key: &str) -> Result<[f64; 2]> {
-    let [south, north] = *raw.get_ref();
-    let schema = source.schema(key);
-    if schema.contains(south) && schema.contains(north) && south < north {
-        return Ok([south, north]);
-    }
-    let found = numbers::list(&[south, north]);
-    let what = format!("{found}, expected southern and northern end, {}", schema.range_text());
+    let what = format!("{}, expected {words} end, {}", numbers::list(&[first, second]), schema.range_text());
     Err(source.bad(raw.span(), key, what))
 }
