@@ -82,7 +82,7 @@ fn draws_the_same(directory: &Path, host: &Host, ranks: &[usize]) {
 fn hosts_draw_the_pictures_of_whole_arrays() {
     let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
-    draws_the_same(directory, &Host::of_double(directory, true), &[1, 2, 3]);
+    draws_the_same(directory, &Host::of_kind(directory, "", true), &[1, 2, 3]);
 }
 
 /// A single layer of elements, of triangles and quadrilaterals on a sphere, and of points: values are surfaces.
@@ -116,7 +116,7 @@ fn hosts_on_one_process_draw_too() {
         host.draws(1, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column"], &expected);
     }
     // A host that is a module, with a libcatalyst that is loaded for it alone.
-    let alone = Host::of_double(&temporary(directory, "module"), false);
+    let alone = Host::of_kind(&temporary(directory, "module"), "", false);
     let (module, loader) = (directory.join("module.so"), directory.join("loader"));
     let include = format!("-I{}", root().join("tests/c/catalyst/double").display());
     let (at, rpath) = (alone.library.parent().unwrap().to_str().unwrap(), alone.library.parent().unwrap().display());
@@ -132,7 +132,7 @@ fn hosts_on_one_process_draw_too() {
     assert!(!log.contains("icoray:"), "{log}");
     assert_drew(&run, &expected);
     // Without a planet's radius the innermost layer is its surface, as it is here; the environment may name the scene.
-    let host = Host::of_double(directory, true);
+    let host = Host::of_kind(directory, "", true);
     for (fault, ranks) in [("no radius", 1), ("list", 2), ("count", 2)] {
         let run = prepared(directory, fault, "flat");
         host.draws(ranks, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column", fault], &expected);
@@ -149,7 +149,7 @@ fn hosts_on_one_process_draw_too() {
 fn ranks_without_elements_draw_with_the_others() {
     let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
-    let host = Host::of_double(directory, true);
+    let host = Host::of_kind(directory, "", true);
     for shape in ["wedges", "hexes", "points"] {
         let expected = direct(directory, shape, "flat");
         for kind in ["empty", "no data", "mesh state"] {
@@ -164,7 +164,7 @@ fn ranks_without_elements_draw_with_the_others() {
 fn meshes_of_each_step_are_drawn() {
     let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
-    let host = Host::of_double(directory, true);
+    let host = Host::of_kind(directory, "", true);
     for shape in ["wedges", "prisms", "points"] {
         let [flat, hills] = ["flat", "hills"].map(|heights| direct_in(directory, shape, heights, "hills"));
         let mut moving = flat;

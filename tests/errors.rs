@@ -4,8 +4,7 @@
 
 use glam::DVec3;
 use icoray::{Certainty, Frame, Precision, Renderer, Scene};
-use icoray_reference::comparison::median;
-use icoray_reference::job::Job;
+use icoray_reference::comparison::{BoundCheck, Comparison};
 use icoray_reference::oracle;
 use icoray_reference::sphere::{Sphere, multi_scale};
 use icoray_test_support::count;
@@ -38,53 +37,30 @@ struct Look<'s> {
 
 impl<'s> Look<'s> {
     fn new(name: &str, sphere: &'s Sphere, scene: Scene) -> Self {
-        let (grid, field) = (sphere.grid().unwrap(), sphere.field().unwrap());
-        let job = Job { scene: &scene, grid: &grid, layers: &sphere.layers, field: &field };
-        let truth = oracle::picture(&job, &Renderer::new(0).unwrap()).unwrap();
+        let truth = sphere.with_job(&scene, |job| oracle::picture(job, &Renderer::new(0)?)).unwrap();
         let max_ratio = if scene.lighting.is_some() { 60.0 } else { 20.0 };
         Look { name: name.into(), sphere, scene, truth, max_ratio }
     }
 
     fn render(&self, tolerance: f64, precision: Precision) -> Frame {
         let scene = Scene { tolerance, precision, ..self.scene.clone() };
-        let (grid, field) = (self.sphere.grid().unwrap(), self.sphere.field().unwrap());
-        Renderer::new(0).unwrap().render(&scene, &grid, &self.sphere.layers, &field).unwrap()
+        self.sphere.with_job(&scene, |job| job.render(&Renderer::new(0)?)).unwrap()
     }
 
-    /// Renders, and checks every pixel against its own error.
-    fn check(&self, tolerance: f64, precision: Precision) -> Errors {
+    /// Renders, and checks every pixel against its own error; returns the largest error, and the reported ones.
+    fn check(&self, tolerance: f64, precision: Precision) -> (f64, BoundCheck) {
         let frame = self.render(tolerance, precision);
-        let (mut errors, mut reported) = (Vec::new(), Vec::new());
-        for (i, ((pixel, truth), bound)) in frame.pixels.iter().zip(&self.truth).zip(&frame.error).enumerate() {
-            let error = pixel.iter().zip(truth).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max);
-            let what = format!("{} {precision:?} {tolerance:e}, pixel {i}: {pixel:?}, exact {truth:?}", self.name);
-            assert!(pixel.iter().all(|c| c.is_finite()) && bound.is_finite(), "{what}");
-            assert!(error <= f64::from(*bound), "{what}: error {error:e}, reported {bound:e}");
-            if truth[3] > 0.0 {
-                errors.push(error);
-                reported.push(f64::from(*bound));
-            }
-        }
-        assert!(errors.len() > 1000, "{} sees nothing", self.name);
-        let max = errors.iter().copied().fold(0.0, f64::max);
-        let errors = Errors {
-            median: median(errors),
-            median_reported: median(reported),
-            max,
-            max_reported: frame.report.error.max,
-        };
-        println!("{:>14} {precision:?} {tolerance:.0e}: {errors:?}, {}", self.name, frame.report.error);
-        errors
+        let Comparison { max, pixel_errors, .. } = Comparison::new(&frame.pixels, &self.truth);
+        let reported = BoundCheck::new(&frame.error, &pixel_errors);
+        let what = format!("{} {precision:?} {tolerance:.0e}: error {max:e}, {reported:?}", self.name);
+        println!("{what}, {}", frame.report.error);
+        let beyond = pixel_errors.iter().zip(&frame.error).position(|(error, bound)| *error > f64::from(*bound));
+        assert!(max.is_finite() && frame.error.iter().all(|bound| bound.is_finite()), "{what}");
+        assert_eq!((reported.violations, frame.report.error.max), (0, reported.max), "{what}: pixel {beyond:?}");
+        let seen = self.truth.iter().filter(|pixel| pixel[3] > 0.0).count();
+        assert!(seen > 1000, "{} sees nothing", self.name);
+        (max, reported)
     }
-}
-
-/// Errors of the pixels that show something.
-#[derive(Debug)]
-struct Errors {
-    median: f64,
-    median_reported: f64,
-    max: f64,
-    max_reported: f64,
 }
 
 fn looks<'s>(fine: &'s Sphere, thick: &'s Sphere) -> Vec<Look<'s>> {
@@ -113,21 +89,21 @@ fn no_error_of_a_pixel_is_larger_than_the_reported_one() {
     let thick = Sphere::new(2, 6, [0.9, 1.5], multi_scale).unwrap();
     for look in looks(&fine, &thick) {
         for &tolerance in count(&[1e-2, 1e-4][..], &[1e-2, 1e-3, 1e-4, 1e-5, 1e-6]) {
-            let errors = look.check(tolerance, Precision::F64);
+            let (max, reported) = look.check(tolerance, Precision::F64);
             // Errors below half a last digit of the picture's own f32 are not seen.
-            assert!(errors.median_reported < look.max_ratio * errors.median.max(3e-8), "{}: {errors:?}", look.name);
-            assert!(errors.max <= tolerance + 6e-8, "{}: {errors:?}", look.name);
-            let is_reported = errors.max_reported <= tolerance + 6e-8;
-            assert!(is_reported || look.scene.lighting.is_some(), "{}: {errors:?}", look.name);
+            let limit = look.max_ratio * reported.median_error.max(3e-8);
+            assert!(reported.median < limit && max <= tolerance + 6e-8, "{}: {max:e}, {reported:?}", look.name);
+            let is_reported = reported.max <= tolerance + 6e-8;
+            assert!(is_reported || look.scene.lighting.is_some(), "{}: {reported:?}", look.name);
         }
         for &tolerance in count(&[1e-3][..], &[1e-2, 1e-3, 1e-4, 1e-5]) {
-            let errors = look.check(tolerance, Precision::F32);
+            let (max, reported) = look.check(tolerance, Precision::F32);
             // Nor do errors in f32 that are smaller than a last digit or two count; the reported part of rounding is an
             // upper limit.
-            let limit = 1.5 * look.max_ratio * errors.median.max(1e-7);
-            assert!(errors.median_reported < limit, "{}: {errors:?}", look.name);
+            let limit = 1.5 * look.max_ratio * reported.median_error.max(1e-7);
+            assert!(reported.median < limit, "{}: {reported:?}", look.name);
             // The digits of f32 are not enough for all pixels of the spikes, which report so.
-            assert!(errors.max <= tolerance + 3e-5, "{}: {errors:?}", look.name);
+            assert!(max <= tolerance + 3e-5, "{}: {max:e}", look.name);
         }
     }
 }
@@ -145,9 +121,9 @@ fn reported_errors_of_fields_over_decades_follow_their_rounding_in_f32() {
         ("symlog", &mirrored, Sphere::new(4, 20, [1.0, 1.15], both).unwrap()),
     ] {
         let look = Look::new(name, &sphere, scene(96, FAR, knots, ""));
-        let errors = look.check(1e-3, Precision::F32);
-        assert!(errors.median_reported < 10.0 * errors.median, "{name}: {errors:?}");
-        assert!(errors.max <= 1e-3 + 1e-6, "{name}: {errors:?}");
+        let (max, reported) = look.check(1e-3, Precision::F32);
+        assert!(reported.median < 10.0 * reported.median_error, "{name}: {reported:?}");
+        assert!(max <= 1e-3 + 1e-6, "{name}: {max:e}");
     }
 }
 

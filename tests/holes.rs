@@ -4,10 +4,9 @@
 use glam::DVec3;
 use icoray::{Field, Grid, Layers, Location, Renderer, Scene, Stretch, Traversal};
 use icoray_reference::comparison::pixel_error;
-use icoray_reference::oracle::{Data, NamedField, Oracle, PANEL};
-use icoray_reference::ray::Ray;
+use icoray_reference::job::Job;
+use icoray_reference::oracle::brute_force;
 use icoray_test_support::data_file;
-use rayon::prelude::*;
 use std::ops::ControlFlow;
 
 const RADIUS: [f64; 5] = [1.0, 1.02, 1.05, 1.09, 1.15];
@@ -37,18 +36,12 @@ fn measure(renderer: &Renderer, grid: &Grid, scene: &Scene) -> (f64, usize) {
     let layers = Layers::new(RADIUS.to_vec(), 1.0).unwrap();
     let values = values(grid);
     let field = Field::level_fastest(&values, RADIUS.len(), Location::Center).unwrap();
-    let frame = renderer.render(scene, grid, &layers, &field).unwrap();
-    let fields = [NamedField { name: "f", values: values.clone() }];
-    let data = Data { grid, layers: &layers, heights: &[], fields: &fields };
-    let oracle = Oracle::new(scene, data, PANEL).unwrap();
-    let pixel = |i: usize| {
-        let ray = Ray::of_pixel(scene, i as u32);
-        // A gap would be a place that no triangle covers, data or void.
-        let exact = oracle.pixel(&ray).unwrap_or_else(|| panic!("a gap in {ray:?}"));
-        (pixel_error(frame.pixels[i], &exact), usize::from(exact[3] > 0.0))
-    };
-    let pixels = (0..frame.pixels.len()).into_par_iter().map(pixel);
-    pixels.reduce(|| (0.0, 0), |a, b| (a.0.max(b.0), a.1 + b.1))
+    let job = Job { scene, grid, layers: &layers, field: &field };
+    // A gap, a place that no triangle covers, data or void, would be NaN, an infinite error.
+    let exact = brute_force(&job, renderer).unwrap();
+    let pixels = job.render(renderer).unwrap().pixels;
+    let errors = pixels.into_iter().zip(&exact).map(|(pixel, exact)| pixel_error(pixel, exact));
+    (errors.fold(0.0, f64::max), exact.iter().filter(|pixel| pixel[3] > 0.0).count())
 }
 
 #[test]

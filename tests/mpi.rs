@@ -81,6 +81,11 @@ first! {
     /// A model that draws where `icoray_wants` says so comes to its end, whichever call fails on whichever rank.
     no_failure_of_one_rank_leaves_others_waiting: failures(&FIRST, &[2, 4]);
     a_part_that_is_wrong_on_one_rank_is_refused_on_all: wrong_parts(&FIRST, &[2, 3, 4]);
+    views_of_a_grid_in_parts_are_decided_alike_on_all: views();
+    a_full_disk_at_rank_0_is_an_error_on_all: full_disk();
+    before_mpi_and_after_it_there_are_answers: ends();
+    /// As MPI says in a library with it, and as the launcher says in one without.
+    a_context_of_one_process_among_ranks_is_pointed_out: alone_among_ranks();
 }
 
 fn pictures(mpi: &Mpi, sizes: &[usize]) {
@@ -180,11 +185,7 @@ fn without_shared_memory(mpi: &Mpi, program: &'static str, alone: &str) {
     assert!(one.iter().all(|(name, bytes)| small[name] == *bytes), "the pictures differ");
 }
 
-#[test]
-fn views_of_a_grid_in_parts_are_decided_alike_on_all() {
-    if !FIRST.is_there() {
-        return;
-    }
+fn views() {
     let run = Run::new(&FIRST, "mpi_views");
     for ranks in [2, 3] {
         let to = run.at(&ranks.to_string());
@@ -229,11 +230,7 @@ fn wrong_parts(mpi: &Mpi, sizes: &[usize]) {
     }
 }
 
-#[test]
-fn a_full_disk_at_rank_0_is_an_error_on_all() {
-    if !FIRST.is_there() {
-        return;
-    }
+fn full_disk() {
     let run = Run::new(&FIRST, "mpi_parts_refusals");
     std::fs::create_dir(run.at("disk")).unwrap();
     let mut inner = FIRST.on_ranks(2, &run.program, run.directory.path());
@@ -271,11 +268,7 @@ fn a_host_of_another_mpi_is_refused() {
     }
 }
 
-#[test]
-fn before_mpi_and_after_it_there_are_answers() {
-    if !FIRST.is_there() {
-        return;
-    }
+fn ends() {
     let run = Run::new(&FIRST, "mpi_ends");
     for ranks in [1, 2] {
         run.checks(ranks, "", &ranks.to_string(), &[], 15);
@@ -284,12 +277,7 @@ fn before_mpi_and_after_it_there_are_answers() {
     Run::against(library(), &FIRST, "mpi_ends").checks(1, "", "", &["without"], 3);
 }
 
-/// As MPI says in a library with it, and as the launcher says in one without.
-#[test]
-fn a_context_of_one_process_among_ranks_is_pointed_out() {
-    if !FIRST.is_there() {
-        return;
-    }
+fn alone_among_ranks() {
     for library in [mpi_library(), library()] {
         let run = Run::against(library, &FIRST, "mpi_serial");
         for ranks in [1, 2] {

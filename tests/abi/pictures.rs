@@ -6,6 +6,7 @@ use icoray::{Field, Fields, Grid, IcosahedralMesh, Layers, Location, LonLat, Ren
 use icoray_tests::native::{checked, command, compile_c};
 use icoray_tests::pictures::{count_colors, groups, rows};
 use image::RgbaImage;
+use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -21,20 +22,16 @@ fn distance(one: &RgbaImage, other: &RgbaImage) -> f64 {
     sum as f64 / one.len() as f64
 }
 
-/// Every directory below `directory` that has a report, with its pictures; the report must list just these.
-fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
-    let mut pictures = Vec::new();
-    for entry in std::fs::read_dir(directory).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            reported(&path, found);
-        } else if path.extension() == Some(OsStr::new("png")) {
-            pictures.push(path);
-        }
-    }
-    if pictures.is_empty() {
-        return;
-    }
+/// The files below a directory that fit a pattern, sorted.
+fn files(directory: &Path, pattern: &str) -> Vec<PathBuf> {
+    let paths = glob::glob(&format!("{}/**/{pattern}", directory.display())).unwrap().map(Result::unwrap);
+    let mut files: Vec<_> = paths.filter(|path| path.is_file()).collect();
+    files.sort();
+    files
+}
+
+/// Fails unless the report of a directory lists just its pictures, with what all have in common.
+fn assert_reported(directory: &Path, pictures: &[PathBuf]) {
     let mut listed = Vec::new();
     for row in rows(&directory.join("report.csv")) {
         assert!(["f", "g", "corner", "thick f", "thick g", "flat g"].contains(&&*row["field"]), "{row:?}");
@@ -54,9 +51,7 @@ fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
         listed.push(directory.join(&row["file"]));
     }
     listed.sort();
-    pictures.sort();
     assert_eq!(listed, pictures, "{}", directory.display());
-    found.extend(pictures);
 }
 
 /// Columns of four values, level-fastest.
@@ -107,8 +102,10 @@ fn pictures_depend_on_values_and_nothing_else() {
     let directory = TempDir::new().unwrap();
     let program = compile_all("pictures", compile_c);
     checked(command(program, directory.path()).arg("out").args(["3", "64"]), "pictures", 3000);
-    let mut paths = Vec::new();
-    reported(&directory.path().join("out"), &mut paths);
+    let paths = files(&directory.path().join("out"), "*.png");
+    let mut directories: BTreeMap<_, Vec<PathBuf>> = BTreeMap::new();
+    paths.iter().for_each(|path| directories.entry(path.parent().unwrap()).or_default().push(path.clone()));
+    directories.iter().for_each(|(directory, pictures)| assert_reported(directory, pictures));
     let groups = groups(paths);
     let sizes: Vec<_> = groups.iter().map(|(name, group)| (name.as_str(), group.count)).collect();
     let expected = [
@@ -150,18 +147,10 @@ fn pictures_depend_on_values_and_nothing_else() {
     }
 }
 
-/// The files of a directory, its report left out, with those of directories in it.
+/// The files of a directory, reports left out, with those of directories in it.
 fn names_in(directory: &Path) -> Vec<String> {
-    let mut names = Vec::new();
-    for entry in std::fs::read_dir(directory).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-        if path.is_dir() {
-            names.extend(names_in(&path).iter().map(|inner| format!("{name}/{inner}")));
-        } else if name != "report.csv" {
-            names.push(name);
-        }
-    }
+    let files = files(directory, "*").into_iter().filter(|path| !path.ends_with("report.csv"));
+    let mut names: Vec<_> = files.map(|path| path.strip_prefix(directory).unwrap().display().to_string()).collect();
     names.sort();
     names
 }

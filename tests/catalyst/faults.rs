@@ -10,7 +10,7 @@ use icoray_tests::ranks::FIRST;
 fn no_failure_ends_the_host() {
     let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
-    let host = Host::of_double(directory, true);
+    let host = Host::of_kind(directory, "", true);
     let cases = [
         ("no scene", "scene.toml", "catalyst/scripts has no path that ends in .toml", 0),
         ("", "nowhere.toml", "nowhere.toml: cannot read the scene", 0),
@@ -53,7 +53,7 @@ fn files_of_calls_that_cannot_be_made_do_not_end_the_host() {
     let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
     for (is_on_ranks, ranks) in [(true, 2), (false, 1)] {
-        let host = Host::of_double(directory, is_on_ranks);
+        let host = Host::of_kind(directory, "", is_on_ranks);
         for (name, files, warnings) in [("dump", 3 * ranks, 0), ("scene.toml", 0, ranks)] {
             let run = prepared(directory, &format!("{name} on {ranks}"), "flat");
             let mut command = host.command(ranks, &run, &["scene.toml", "wedges", "flat", "2", "column"]);

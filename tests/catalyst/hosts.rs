@@ -56,12 +56,7 @@ impl Host {
         Host { program, implementation, library: library.to_owned(), is_on_ranks }
     }
 
-    /// Against the double.
-    pub(super) fn of_double(directory: &Path, is_on_ranks: bool) -> Self {
-        Self::of_kind(directory, "", is_on_ranks)
-    }
-
-    /// Against the double, whose functions of Conduit have other names if `kind` says so.
+    /// Against the double, whose functions of Conduit have other names if `kind` is not empty.
     pub(super) fn of_kind(directory: &Path, kind: &str, is_on_ranks: bool) -> Self {
         let directory = temporary(directory, &format!("double {kind} {is_on_ranks}"));
         let include = root().join("tests/c/catalyst/double");

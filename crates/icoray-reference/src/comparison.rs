@@ -42,6 +42,8 @@ pub struct BoundCheck {
     pub max: f64,
     /// Median bound.
     pub median: f64,
+    /// Median error.
+    pub median_error: f64,
     /// Pixels whose error exceeds their bound, or whose bound is not a number.
     pub violations: usize,
     /// Largest error over bound; infinite where an error has no bound. 0 where there are no errors.
@@ -63,6 +65,7 @@ impl BoundCheck {
         BoundCheck {
             max: pairs.iter().map(|p| p.0).fold(0.0, f64::max),
             median: median_bound,
+            median_error,
             violations: pairs.iter().filter(is_over).count(),
             worst: pairs.iter().map(quotient).fold(0.0, f64::max),
             ratio: (median_error > 0.0).then(|| median_bound / median_error),

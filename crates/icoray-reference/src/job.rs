@@ -2,7 +2,7 @@
 //! a frustum's six vertices.
 
 use crate::ray::Ray;
-use icoray::{CenterField, Field, Frustum, Grid, Layers, Location, Plan, Renderer, Result, Scene, Traversal};
+use icoray::{CenterField, Field, Frame, Frustum, Grid, Layers, Location, Plan, Renderer, Result, Scene, Traversal};
 use rayon::prelude::*;
 
 /// A scene over a grid and field, ready for any method.
@@ -16,6 +16,16 @@ pub struct Job<'a> {
     pub layers: &'a Layers,
     /// The values.
     pub field: &'a Field<'a>,
+}
+
+impl Job<'_> {
+    /// The renderer's frame.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render(&self, renderer: &Renderer) -> Result<Frame> {
+        renderer.render(self.scene, self.grid, self.layers, self.field)
+    }
 }
 
 /// A checked [`Job`] with rising layers and its field at cell centres.

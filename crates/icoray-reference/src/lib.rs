@@ -23,3 +23,16 @@ pub mod stability;
 #[doc(hidden)]
 pub mod culled;
 use icoray::{Grid, GridTables, IcosahedralMesh, LonLat};
+
+#[cfg(test)]
+mod tests {
+    /// A hollow globe before no background, with the text of its transfer function and of further tables.
+    pub fn scene(size: u32, transfer: &str) -> icoray::Scene {
+        icoray::Scene::parse(&format!(
+            "field = \"f\"\nantialias = false\ncore = \"transparent\"\nbackground = \"transparent\"\n\
+             image = {{ width = {size}, height = {size} }}\n\
+             camera = {{ lon = 20, lat = 35, distance = 3.5, fov = 40 }}\n[transfer]\n{transfer}"
+        ))
+        .unwrap()
+    }
+}

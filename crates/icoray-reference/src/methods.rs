@@ -132,7 +132,7 @@ fn sampled(job: &Job, renderer: &Renderer, sampling: Sampling, step: f64) -> Res
 /// A picture by the renderer itself.
 fn shipped(job: &Job, renderer: &Renderer, method: icoray::Method, tolerance: f64) -> Result<Picture> {
     let scene = Scene { method, tolerance, ..job.scene.clone() };
-    let frame = renderer.render(&scene, job.grid, job.layers, job.field)?;
+    let frame = Job { scene: &scene, ..*job }.render(renderer)?;
     let (seconds, samples) = (frame.report.timing.render_s, frame.report.counts.frusta);
     Ok(Picture { pixels: frame.pixels, seconds, samples, bound: Some(frame.error) })
 }

@@ -120,7 +120,7 @@ impl Radial {
     pub fn compare(&self) -> Result<Compared> {
         let sphere = Sphere::new(self.level, self.layers, [INNER, OUTER], |p| p.length())?;
         let scene = Scene { method: self.method, ..scene(self.size, self.is_lit)? };
-        let frame = Renderer::new(0)?.render(&scene, &sphere.grid()?, &sphere.layers, &sphere.field()?)?;
+        let frame = sphere.with_job(&scene, |job| job.render(&Renderer::new(0)?))?;
         let truth = ground_truth(&scene, self.steps, &frame);
         // Neighbouring cells are up to 1.2 times the mean of 63.4°/2ⁿ apart, and flat triangles h²/6 inside the sphere.
         let spacing = 1.2 * 1.107 / f64::from(1u32 << self.level);

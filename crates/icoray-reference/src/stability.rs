@@ -77,7 +77,7 @@ fn measure(renderer: &Renderer, grid: &Grid, case: &Case) -> Result<Row> {
     let checks = checks.into_iter().collect::<Result<Vec<_>>>()?;
     let run = |(precision, tolerance)| {
         let scene = Scene { precision, tolerance, ..case.scene.clone() };
-        let frame = renderer.render(&scene, grid, &case.layers, &field)?;
+        let frame = Job { scene: &scene, ..job }.render(renderer)?;
         let errors: Vec<f64> =
             frame.pixels.iter().zip(&checks).map(|(pixel, (exact, _))| pixel_error(*pixel, exact)).collect();
         Result::Ok(Run {

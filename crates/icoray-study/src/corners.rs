@@ -2,15 +2,15 @@
 //!
 //! Frames of both alternate: the least seconds of each are reported, and the median ratio of pairs.
 
-use crate::results::{Table, in_turn, io_error, progress, replace_section, say};
+use crate::results::{Table, in_turn, io_error, progress, replace_section, say, timed};
 use crate::scenes::multi_scale::{self, HEADLIGHT, RANGE, TRANSFERS, volume};
 use crate::scenes::select;
 use crate::speed::{self, Size};
-use icoray::{Fields, Grid, Renderer, Result, Scene};
+use icoray::output::write_picture;
+use icoray::{Fields, Renderer, Result};
 use icoray_reference::sphere::{self, Sphere};
 use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::path::PathBuf;
 
 /// Options of the measurement.
 #[derive(Debug, Clone, clap::Args)]
@@ -61,7 +61,7 @@ struct Case {
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let renderer = Renderer::new(options.threads)?;
     let corners = select(corners(options), &options.scenes, |corner| corner.name)?;
-    let mut table = Table::create(options.out.join("corners.csv"), COLUMNS, COLUMNS)?;
+    let mut table = Table::create(options.out.join("corners.csv"), COLUMNS)?;
     let mut markdown = "| scene | n × layers | s | beside | n × layers | s | ratio | aim |\n".to_owned();
     markdown += "|---|---|---|---|---|---|---|---|\n";
     say!(out, "{}", table.heading())?;
@@ -73,14 +73,12 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         let [name, base_name, aim] = [name, base_name, aim].map(|text| text.replace('_', " "));
         let row = [name, size, seconds, base_name, base_size, base_seconds, ratio, aim];
         markdown += &format!("| {} |\n", row.join(" | "));
-        let line = table.row(&row)?;
-        bar.suspend(|| say!(out, "{line}"))?;
-        bar.inc(1);
+        table.print(&row, &bar, out)?;
     }
     replace_section(options.readme.as_deref(), "corners", &markdown)
 }
 
-/// The least seconds of both cases, and the median of their ratios.
+/// Writes the pictures of both cases; returns their least seconds, and the median of their ratios.
 fn measure(cases: [&Case; 2], name: &str, renderer: &Renderer, options: &Options) -> Result<[String; 3]> {
     let [sphere, base] = cases.map(|Case { size, .. }| {
         renderer.run(|| Sphere::new(size.level, size.layers, [1.0, 1.15], sphere::multi_scale))
@@ -90,20 +88,15 @@ fn measure(cases: [&Case; 2], name: &str, renderer: &Renderer, options: &Options
     let [scene, base] = cases.map(|case| multi_scale::view(case.pixels, &case.scene));
     let scenes = [scene?, base?];
     let figures = in_turn(options.frames, |which| {
+        // New fields, from which nothing derived is cached.
+        let sphere = &spheres[which];
+        let fields = Fields::new([("f", sphere.field()?), ("g", sphere.field()?)]);
+        let (seconds, frame) = timed(renderer, &scenes[which], &grids[which], &sphere.layers, fields)?;
         let path = options.out.join(format!("{name}_{}{}.png", cases[0].size, ["", "_base"][which]));
-        draw(renderer, &scenes[which], &spheres[which], &grids[which], &path)
+        write_picture(&path, &frame).map_err(|e| io_error(&path, e))?;
+        Ok(seconds)
     })?;
     Ok(figures.map(|number| format!("{number:.3}")))
-}
-
-/// Renders a frame of new fields, from which nothing derived is cached, and writes it; returns the seconds of rendering.
-fn draw(renderer: &Renderer, scene: &Scene, sphere: &Sphere, grid: &Grid, path: &Path) -> Result<f64> {
-    let fields = Fields::new([("f", sphere.field()?), ("g", sphere.field()?)]);
-    let start = Instant::now();
-    let frame = renderer.render(scene, grid, &sphere.layers, fields)?;
-    let seconds = start.elapsed().as_secs_f64();
-    icoray::output::write_picture(path, &frame).map_err(|e| io_error(path, e))?;
-    Ok(seconds)
 }
 
 fn corners(options: &Options) -> Vec<Corner> {

@@ -17,7 +17,7 @@ use icoray::{Error, ErrorKind, Renderer, Result};
 use icoray_progress::Bar;
 use icoray_reference::job::Job;
 use icoray_reference::oracle;
-use measure::{COLUMNS, Effort, MEASURES, Measure, Measured, PRINTED, ladders};
+use measure::{COLUMNS, MEASURES, Measure, Measured, ladders};
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -105,7 +105,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     }
     let scenes = options.scenes()?;
     let data = data_directory(options.data.as_deref());
-    let table = Table::create(options.out.join("error.csv"), COLUMNS, PRINTED)?;
+    let table = Table::create(options.out.join("error.csv"), COLUMNS)?;
     say!(
         out,
         "median of {} repeats on {}; errors are of premultiplied linear channels, 0 to 1\n{}",
@@ -157,11 +157,10 @@ impl Study<'_> {
         write_pixels(&path, [scene.scene.width, scene.scene.height], pixels)?;
         let radius = job.layers.for_field(job.field.shape().layers)?.shell(scene.scene.exaggeration)?;
         let ladders = ladders(radius[radius.len() - 1] - radius[0], lit, self.options.quick);
-        let effort = Effort { repeats: self.options.repeats, longest_s: self.options.longest };
-        let runs = ladders.iter().map(Vec::len).sum::<usize>() * effort.repeats.max(1);
+        let runs = ladders.iter().map(Vec::len).sum::<usize>() * self.options.repeats.max(1);
         self.bar.set_length(runs as u64);
         self.bar.reset();
-        let measured = measure::measure(job, &truth, &ladders, effort, &self.renderer, &self.bar)?;
+        let measured = measure::measure(job, &truth, &ladders, self.options, &self.renderer, &self.bar)?;
         self.bar.reset();
         for m in &measured {
             let line = self.table.row(&m.row(&scene.name))?;

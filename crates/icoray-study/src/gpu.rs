@@ -124,7 +124,7 @@ fn measure(
     options: &Options,
     out: &mut dyn Write,
 ) -> Result<Vec<Vec<Row>>> {
-    let mut csv = Table::create(options.out.join("gpu.csv"), table::COLUMNS, table::PRINTED)?;
+    let mut csv = Table::create(options.out.join("gpu.csv"), table::COLUMNS)?;
     let bar = progress(settings.len() * multi_scale::TRANSFERS.len(), "gpu");
     say!(out, "{}", csv.heading())?;
     let mut all = Vec::new();
@@ -133,9 +133,7 @@ fn measure(
         for (transfer, opacity) in multi_scale::TRANSFERS {
             bar.set_message(format!("{}x{} {} {transfer}", setting.size.0, setting.size.1, setting.light()));
             let row = benchmark.row(setting, transfer, opacity)?;
-            let line = csv.row(&table::cells(&row, &benchmark.peaks))?;
-            bar.suspend(|| say!(out, "{line}"))?;
-            bar.inc(1);
+            csv.print(&table::cells(&row, &benchmark.peaks), &bar, out)?;
             rows.push(row);
         }
         all.push(rows);

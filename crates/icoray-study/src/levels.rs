@@ -1,13 +1,12 @@
 //! Levels of detail: seconds and errors of pictures on the model's grid and, of the same values, on coarser ones.
 
-use crate::results::{Table, in_turn, progress, replace_section, say};
+use crate::results::{Table, in_turn, progress, replace_section, say, timed};
 use crate::scenes::multi_scale;
 use crate::speed::{self, Size};
 use icoray::{Field, Frame, Renderer, Result, Scene};
 use icoray_reference::sphere::{Sphere, multi_scale as field};
 use std::io::Write;
 use std::path::PathBuf;
-use std::time::Instant;
 
 /// Options of the measurement.
 #[derive(Debug, Clone, clap::Args)]
@@ -41,7 +40,7 @@ const COLUMNS: &str =
 
 /// Measures all sizes and tolerances, prints a line for each and writes the table.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
-    let mut table = Table::create(options.out.join("levels.csv"), COLUMNS, COLUMNS)?;
+    let mut table = Table::create(options.out.join("levels.csv"), COLUMNS)?;
     let mut markdown = "| grid | scene | tolerance | model's grid s | making grids s | values s | level | s | ratio | error \
                         reported, largest | mean | largest difference |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n"
         .to_owned();
@@ -59,9 +58,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
                 let row = measure(&renderers, &sphere, &multi_scale::view(options.pixels, &text)?, options.frames)?;
                 let row = [vec![size.to_string(), name.to_owned(), format!("{tolerance:e}")], row].concat();
                 markdown += &format!("| {} |\n", row.join(" | "));
-                let line = table.row(&row)?;
-                bar.suspend(|| say!(out, "{line}"))?;
-                bar.inc(1);
+                table.print(&row, &bar, out)?;
             }
         }
     }
@@ -71,11 +68,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
 /// The columns from `grid_s` on, of pictures of one field.
 fn measure([finest, coarser]: &[Renderer; 2], sphere: &Sphere, scene: &Scene, frames: usize) -> Result<Vec<String>> {
     let (grid, first, field) = (sphere.grid()?, sphere.field()?, sphere.field()?);
-    let draw = |renderer: &Renderer, field: &Field| -> Result<(f64, Frame)> {
-        let start = Instant::now();
-        let frame = renderer.render(scene, &grid, &sphere.layers, field)?;
-        Ok((start.elapsed().as_secs_f64(), frame))
-    };
+    let draw = |renderer: &Renderer, field: &Field| timed(renderer, scene, &grid, &sphere.layers, field);
     // The second picture of a field makes its levels, that of the grid's first field the coarser grids too.
     draw(coarser, &first)?;
     let (grids_s, _) = draw(coarser, &first)?;

@@ -13,7 +13,6 @@ mod picture;
 mod plan;
 mod plot;
 mod ranks;
-mod renumber;
 mod results;
 mod scale;
 mod scenes;

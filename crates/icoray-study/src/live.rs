@@ -105,7 +105,7 @@ fn watched(sphere: &Sphere, options: &Options, light: &str) -> Result<Seen> {
     let renderer = Renderer::new(options.threads)?.with_levels().with_stop(live.stop());
     thread::scope(|scope| {
         let client = scope.spawn(|| {
-            let seen = turn(Client::new(&live.address()), options.turns);
+            let seen = turn(Client { page: PageClient::at(&live.address()), last: 0 }, options.turns);
             live.end();
             seen
         });
@@ -123,16 +123,13 @@ fn watched(sphere: &Sphere, options: &Options, light: &str) -> Result<Seen> {
 /// Turns the globe and waits for the picture of each turn, then for that at rest; after a first turn, whose picture at
 /// rest makes the grid's levels of detail.
 fn turn(mut client: Client, turns: usize) -> Result<Seen> {
-    let first = client.set(None, REST, false)?;
-    client.picture_of(first, true)?;
-    let first = client.set(Some(1.0), REST, false)?;
-    client.picture_of(first, true)?;
+    client.picture(None, REST, false)?;
+    client.picture(Some(1.0), REST, false)?;
     let (mut waits_s, mut coarsest) = (Vec::new(), (0.0, String::new()));
     let start = Instant::now();
     for number in 0..turns {
         let sent = Instant::now();
-        let revision = client.set(Some(3.0 * number as f64 % 360.0), MOVING, true)?;
-        let (pixel_step, quality) = client.picture_of(revision, false)?;
+        let (pixel_step, quality) = client.picture(Some(3.0 * number as f64 % 360.0), MOVING, true)?;
         waits_s.push(sent.elapsed().as_secs_f64());
         if pixel_step > coarsest.0 {
             coarsest = (pixel_step, quality);
@@ -140,8 +137,7 @@ fn turn(mut client: Client, turns: usize) -> Result<Seen> {
     }
     let all_s = start.elapsed().as_secs_f64();
     let sent = Instant::now();
-    let revision = client.set(None, REST, false)?;
-    client.picture_of(revision, true)?;
+    client.picture(None, REST, false)?;
     let rest_s = sent.elapsed().as_secs_f64();
     waits_s.sort_by(f64::total_cmp);
     Ok(Seen { waits_s, all_s, coarsest: coarsest.1, rest_s })
@@ -158,23 +154,15 @@ fn unexpected(what: impl std::fmt::Display) -> Error {
 }
 
 impl Client {
-    pub fn new(address: &str) -> Self {
-        Client { page: PageClient::at(address), last: 0 }
-    }
-
-    /// Turns the camera and asks for pictures of a size; returns the scene's revision.
-    pub fn set(&mut self, lon: Option<f64>, size: [u32; 2], is_moving: bool) -> Result<u64> {
+    /// Turns the camera, asks for pictures of a size and waits for one, at rest unless the camera is moving; returns how
+    /// many pixels apart its rays are and its quality in words.
+    fn picture(&mut self, lon: Option<f64>, size: [u32; 2], is_moving: bool) -> Result<(f64, String)> {
         let changes: Vec<Value> =
             lon.iter().map(|lon| serde_json::json!({ "path": ["camera", "lon"], "value": lon })).collect();
         let body = serde_json::json!({ "changes": changes, "size": size, "is_moving": is_moving }).to_string();
         let answer = self.page.ask("POST /api/change", &body).map_err(unexpected)?;
         let answer: Value = serde_json::from_slice(&answer.body).map_err(unexpected)?;
-        answer["revision"].as_u64().ok_or_else(|| unexpected(answer))
-    }
-
-    /// Waits for a picture of a revision or a later one, at rest if need be; returns how many pixels apart its rays are
-    /// and its quality in words.
-    pub fn picture_of(&mut self, revision: u64, is_at_rest: bool) -> Result<(f64, String)> {
+        let revision = answer["revision"].as_u64().ok_or_else(|| unexpected(answer))?;
         loop {
             let answer = self.page.ask(&format!("GET /api/frame?after={}", self.last), "").map_err(unexpected)?;
             let Some((facts, _)) = answer.picture() else { continue };
@@ -184,7 +172,7 @@ impl Client {
             }
             self.last = facts["number"].as_u64().unwrap_or(self.last);
             let is_final = facts["pending"] == false && facts["is_moving"] == false;
-            if facts["revision"].as_u64() >= Some(revision) && (is_final || !is_at_rest) {
+            if facts["revision"].as_u64() >= Some(revision) && (is_final || is_moving) {
                 let quality = facts["quality"].as_str().unwrap_or_default();
                 return Ok((pixel_step(quality), quality.to_owned()));
             }

@@ -3,12 +3,12 @@
 //! One saving is switched off at a time. Frames with and without it alternate, each with a new field, as in a running
 //! model; the minimum of their seconds counts.
 
-use crate::results::{Table, progress, say, threads};
+use crate::results::{Table, in_turn, progress, say, threads};
 use crate::scenes::multi_scale::{self, HEADLIGHT, TRANSFERS};
 use crate::scenes::select;
 use crate::speed::{PACKED, bytes_read};
 use glam::DVec3;
-use icoray::{Field, FrameReport, Grid, Lights, Renderer, Result, Savings, Scene};
+use icoray::{FrameReport, Grid, Lights, Renderer, Result, Savings, Scene};
 use icoray_reference::sphere::{self, Sphere};
 use std::io::Write;
 use std::path::PathBuf;
@@ -56,12 +56,6 @@ const WITHOUT: [(&str, Savings); 8] = [
 const COLUMNS: &str = "scene,saving,seconds_with,seconds_without,saved_percent,bytes_read_with,bytes_read_without,\
     bytes_derived_with,bytes_derived_without";
 
-/// Minimum seconds of frames with the same data, with preparation.
-fn least_s(reports: &[FrameReport]) -> f64 {
-    let seconds = reports.iter().map(|report| report.timing.prepare_s + report.timing.render_s);
-    seconds.fold(f64::INFINITY, f64::min)
-}
-
 /// Bytes that rays read, and those of derived data.
 fn bytes(report: &FrameReport, is_packed: bool) -> [u64; 2] {
     let gradient = match (report.quality.lights, is_packed) {
@@ -75,7 +69,7 @@ fn bytes(report: &FrameReport, is_packed: bool) -> [u64; 2] {
 /// Renders, prints a line for each scene and saving, and writes them to `plan.csv`.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let cases = select(CASES.into(), &options.scenes, |case| case.0)?;
-    let mut csv = Table::create(options.out.join("plan.csv"), COLUMNS, COLUMNS)?;
+    let mut csv = Table::create(options.out.join("plan.csv"), COLUMNS)?;
     let renderer = |savings| Ok(Renderer::new(options.threads)?.with_savings(savings));
     let all = renderer(ALL)?;
     let without = WITHOUT.iter().map(|(_, savings)| renderer(*savings)).collect::<Result<Vec<_>>>()?;
@@ -90,7 +84,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         options.frames.max(1),
         csv.heading()
     )?;
-    let bar = progress(cases.len(), "plan");
+    let bar = progress(cases.len() * WITHOUT.len(), "plan");
     for (name, field, scene) in cases {
         bar.set_message(name);
         let sphere = Sphere::new(options.level, options.layers, [1.0, 1.15], field)?;
@@ -98,45 +92,41 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         for ((saving, _), without) in WITHOUT.iter().zip(&without) {
             let mut cells = vec![name.to_owned(), (*saving).to_owned()];
             cells.extend(measure([&all, without], saving, &scene, &grid, &sphere, options.frames)?);
-            let line = csv.row(&cells)?;
-            bar.suspend(|| say!(out, "{line}"))?;
+            csv.print(&cells, &bar, out)?;
         }
-        bar.inc(1);
     }
     Ok(())
 }
 
 /// The columns from `seconds_with` on.
 fn measure(
-    [all, without]: [&Renderer; 2],
+    renderers: [&Renderer; 2],
     saving: &str,
     scene: &Scene,
     grid: &Grid,
     sphere: &Sphere,
     frames: usize,
 ) -> Result<Vec<String>> {
-    let draw = |renderer: &Renderer, field: &Field| Ok(renderer.render(scene, grid, &sphere.layers, field)?.report);
-    let (mut with_it, mut without_it) = (Vec::new(), Vec::new());
-    // The first frames allocate memory.
-    for frame in 0..=frames.max(1) {
+    let mut last = [FrameReport::default(), FrameReport::default()];
+    let mut draw = |which: usize| {
         let field = sphere.field()?;
-        let mut drawn = draw(all, &field)?;
-        if saving == "reuse" {
+        let draw = || Ok(renderers[which].render(scene, grid, &sphere.layers, &field)?.report);
+        let mut report: FrameReport = draw()?;
+        if saving == "reuse" && which == 0 {
             // It takes effect in the second frame of a field.
-            drawn = draw(all, &field)?;
+            report = draw()?;
         }
-        let reduced = draw(without, &sphere.field()?)?;
-        if frame > 0 {
-            with_it.push(drawn);
-            without_it.push(reduced);
-        }
-    }
-    let seconds = [&with_it, &without_it].map(|reports| least_s(reports));
-    let mut cells = seconds.map(|s| format!("{s:.6}")).to_vec();
-    cells.push(format!("{:.2}", 100.0 * (1.0 - seconds[0] / seconds[1])));
-    let last = with_it.len() - 1;
-    let [read, derived] = bytes(&with_it[last], true);
-    let [read_without, derived_without] = bytes(&without_it[last], saving != "packing");
+        let seconds = report.timing.prepare_s + report.timing.render_s;
+        last[which] = report;
+        Ok(seconds)
+    };
+    // The first frames allocate memory.
+    in_turn(1, &mut draw)?;
+    let [with_s, without_s, _] = in_turn(frames, draw)?;
+    let mut cells = [with_s, without_s].map(|s| format!("{s:.6}")).to_vec();
+    cells.push(format!("{:.2}", 100.0 * (1.0 - with_s / without_s)));
+    let [read, derived] = bytes(&last[0], true);
+    let [read_without, derived_without] = bytes(&last[1], saving != "packing");
     cells.extend([read, read_without, derived, derived_without].map(|n| n.to_string()));
     Ok(cells)
 }

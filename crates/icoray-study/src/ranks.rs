@@ -13,6 +13,7 @@ use icoray::{
 use icoray_reference::sphere::{self, Sphere};
 use partition::MeshPart;
 pub use partition::Sharing;
+pub(crate) use partition::morton;
 use sequential::sequential_team;
 use std::io::Write;
 use std::path::PathBuf;
@@ -52,12 +53,9 @@ pub struct Options {
     pub out: PathBuf,
 }
 
-const COLUMNS: &str = "transfer,sharing,ranks,busiest_s,speedup,balance,least_tiles,most_tiles,fragments_per_rank,\
-    fragments_per_pixel,sent_bytes_per_rank,sent_bytes_per_pixel,rank_0_received_bytes,compose_s,\
+const COLUMNS: &str = "transfer,sharing,ranks,busiest_s,speedup,balance,least_tiles,most_tiles,-fragments_per_rank,\
+    fragments_per_pixel,-sent_bytes_per_rank,sent_bytes_per_pixel,rank_0_received_bytes,compose_s,\
     copied_bytes_per_rank,copy_s";
-
-const PRINTED: &str = "transfer,sharing,ranks,busiest_s,speedup,balance,least_tiles,most_tiles,\
-    fragments_per_pixel,sent_bytes_per_pixel,rank_0_received_bytes,compose_s,copied_bytes_per_rank,copy_s";
 
 /// Draws and prints a line per transfer function, sharing and number of ranks.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
@@ -77,7 +75,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         options.layers,
         options.frames
     )?;
-    let csv = Table::create(options.out.join("ranks.csv"), COLUMNS, PRINTED)?;
+    let csv = Table::create(options.out.join("ranks.csv"), COLUMNS)?;
     let scenes = multi_scale::TRANSFERS.map(|(_, opacity)| multi_scale::scene(size, opacity, "", ""));
     let scenes: Vec<Scene> = scenes.into_iter().collect::<Result<_>>()?;
     say!(out, "{}", csv.heading())?;

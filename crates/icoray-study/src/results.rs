@@ -1,11 +1,13 @@
 //! The output of studies: lines, directories, files, CSV tables, and tables inside a README.
 
-use icoray::{Error, ErrorKind, Result};
+use icoray::{Error, ErrorKind, Fields, Frame, Grid, Layers, Renderer, Result, Scene};
+use icoray_progress::Bar;
 use icoray_reference::comparison::median;
 use std::fmt::{Arguments, Display};
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// A bar is cleared where it is dropped.
 pub(crate) use icoray_progress::steps as progress;
@@ -37,6 +39,19 @@ pub(crate) fn read_text(path: &Path) -> Result<String> {
 /// Writes a file, replacing an older one.
 pub(crate) fn write_file(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
     std::fs::write(path, content).map_err(|e| io_error(path, e))
+}
+
+/// Renders a frame; returns its seconds from end to end, too.
+pub(crate) fn timed<'f>(
+    renderer: &Renderer,
+    scene: &Scene,
+    grid: &Grid,
+    layers: &Layers,
+    fields: impl Into<Fields<'f>>,
+) -> Result<(f64, Frame)> {
+    let start = Instant::now();
+    let frame = renderer.render(scene, grid, layers, fields)?;
+    Ok((start.elapsed().as_secs_f64(), frame))
 }
 
 /// Draws frames of two kinds in turn, so that noise of the machine affects both; `draw` returns the seconds of one.
@@ -71,18 +86,16 @@ pub(crate) struct Table {
     path: PathBuf,
     writer: csv::Writer<File>,
     columns: Vec<&'static str>,
-    printed: Vec<&'static str>,
 }
 
 impl Table {
-    /// Creates the file, in a directory that is made if it does not exist, with its header; `columns` and
-    /// `printed` are names with commas between.
-    pub fn create(path: PathBuf, columns: &'static str, printed: &'static str) -> Result<Self> {
+    /// Creates the file, in a directory that is made if it does not exist, with its header; `columns` are names with
+    /// commas between, and `-` before those that are not printed.
+    pub fn create(path: PathBuf, columns: &'static str) -> Result<Self> {
         path.parent().map_or(Ok(()), make_directory)?;
         let writer = csv::Writer::from_path(&path).map_err(|e| io_error(&path, e))?;
-        let [columns, printed] = [columns, printed].map(|names| names.split(',').collect());
-        let mut table = Table { path, writer, columns, printed };
-        let names: Vec<String> = table.columns.iter().map(ToString::to_string).collect();
+        let mut table = Table { path, writer, columns: columns.split(',').collect() };
+        let names: Vec<String> = table.columns.iter().map(|name| name.replace('-', "")).collect();
         table.row(&names).map(|_| table)
     }
 
@@ -97,8 +110,16 @@ impl Table {
         Ok(self.line(cells))
     }
 
+    /// Appends a row, prints it, and advances the progress.
+    pub fn print(&mut self, cells: &[String], bar: &Bar, out: &mut dyn Write) -> Result<()> {
+        let line = self.row(cells)?;
+        bar.suspend(|| say!(out, "{line}"))?;
+        bar.inc(1);
+        Ok(())
+    }
+
     fn line(&self, cells: &[impl AsRef<str>]) -> String {
-        let cells = self.columns.iter().zip(cells).filter(|(name, _)| self.printed.contains(name));
+        let cells = self.columns.iter().zip(cells).filter(|(name, _)| !name.starts_with('-'));
         cells.map(|(name, cell)| format!("{:>1$}", cell.as_ref(), name.len().max(12))).collect::<Vec<_>>().join(" ")
     }
 }

@@ -101,7 +101,7 @@ fn exchange(options: &Options, out: &mut dyn Write) -> Result<()> {
         options.layers,
         options.size
     )?;
-    let mut csv = Table::create(options.out.join("exchange.csv"), EXCHANGE, EXCHANGE)?;
+    let mut csv = Table::create(options.out.join("exchange.csv"), EXCHANGE)?;
     say!(out, "{}", csv.heading())?;
     let scenes = [multi_scale::scene(options.size, multi_scale::TRANSFERS[0].1, "", "")?];
     let (bar, mut columns) = (progress(options.sharing.len() * options.ranks.len(), "exchange"), Vec::new());
@@ -115,9 +115,7 @@ fn exchange(options: &Options, out: &mut dyn Write) -> Result<()> {
             columns.push(column(counts.clone(), figures));
             let mut cells = vec![format!("{sharing:?}").to_lowercase()];
             cells.extend(counts.into_iter().chain(figures.map(number)));
-            let line = csv.row(&cells)?;
-            bar.suspend(|| say!(out, "{line}"))?;
-            bar.inc(1);
+            csv.print(&cells, &bar, out)?;
         }
     }
     replace_section(options.readme.as_deref(), "scale", &markdown(&columns))
@@ -185,10 +183,9 @@ fn markdown(columns: &[Vec<(&'static str, String)>]) -> String {
 fn simulated(simulation: &Simulation, ranks: usize, network: Network) -> Result<Vec<RankExchange>> {
     let node_of: Vec<usize> = (0..ranks).map(|rank| network.node_of(rank)).collect();
     let clocks: Vec<Clock> = (0..ranks).map(|_| Clock::default()).collect();
-    let mut clock_of = clocks.iter();
     let team = local_nodes_over(&node_of, |messages| {
-        let clock = clock_of.next().map(Arc::clone).unwrap_or_default();
-        TimedMessages::new(messages, network, clock)
+        let clock = Arc::clone(&clocks[messages.rank()]);
+        TimedMessages { messages, network, clock }
     });
     let renderer = Renderer::new(0)?;
     let of_ranks = on_threads(team.into_iter().zip(&clocks).collect(), |(team, clock)| {
@@ -213,7 +210,7 @@ fn work(options: &Options, out: &mut dyn Write) -> Result<()> {
         "work: {cells:.0} cells x {} layers, {SAMPLED} x {SAMPLED} rays, none of which ends early",
         shell.layers
     )?;
-    let mut csv = Table::create(options.out.join("work.csv"), WORK, WORK)?;
+    let mut csv = Table::create(options.out.join("work.csv"), WORK)?;
     say!(out, "{}", csv.heading())?;
     let scene = multi_scale::scene(SAMPLED, multi_scale::TRANSFERS[0].1, "", "")?;
     let mut columns = Vec::new();

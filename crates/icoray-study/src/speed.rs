@@ -12,9 +12,9 @@ use crate::results::{Table, io_error, make_directory, progress, replace_section,
 use benchmark::Benchmark;
 use icoray::Result;
 use instructions::{Tool, program};
-use markdown::{COLUMNS, Measured, PRINTED, bandwidth_line, cells};
+use markdown::{COLUMNS, Measured, bandwidth_line, cells};
 use options::Setting;
-use std::io::Write;
+use std::io::{Write, stdin};
 
 mod benchmark;
 mod instructions;
@@ -36,7 +36,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     make_directory(&options.out)?;
     let bandwidths = machine::read_bandwidths(&options.threads)?;
     say!(out, "{}", bandwidth_line(&bandwidths))?;
-    let mut csv = Table::create(options.out.join("speed.csv"), COLUMNS, PRINTED)?;
+    let mut csv = Table::create(options.out.join("speed.csv"), COLUMNS)?;
     let (mut setups, mut memory, mut rows) = (Vec::new(), Vec::new(), Vec::new());
     let bar = progress(options.sizes().len() * settings.len(), "speed");
     for size in options.sizes() {
@@ -68,16 +68,19 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
 fn draw(options: &Options, settings: &[Setting], out: &mut dyn Write) -> Result<()> {
     for size in options.sizes() {
         let benchmark = Benchmark::new(size, options)?;
+        let grid = benchmark.sphere.grid()?;
         for setting in settings {
-            let request = || match options.paced {
-                true => std::io::stdin()
-                    .read_line(&mut String::new())
-                    .map(drop)
-                    .map_err(|e| io_error("standard input".as_ref(), e)),
-                false => Ok(()),
-            };
-            let answer = |seconds| if options.paced { say!(out, "seconds {seconds}") } else { Ok(()) };
-            let frusta = benchmark.frusta(setting, request, answer)?;
+            let (scene, mut frusta) = (setting.scene(options)?, 0);
+            for _ in 0..options.frames {
+                if options.paced {
+                    stdin().read_line(&mut String::new()).map_err(|e| io_error("standard input".as_ref(), e))?;
+                }
+                let (seconds, frame) = benchmark.draw(&benchmark.of(setting)[0], &scene, &grid)?;
+                if options.paced {
+                    say!(out, "seconds {seconds}")?;
+                }
+                frusta = frame.report.counts.frusta;
+            }
             say!(out, "frusta {frusta}")?;
         }
     }

@@ -9,7 +9,7 @@ mod summary;
 
 use crate::peak::PeakMemory;
 use crate::picture::{amplified, write_pixels};
-use crate::results::{Table, make_directory, progress, replace_section, say, write_file};
+use crate::results::{Table, make_directory, progress, replace_section, say, timed, write_file};
 use crate::scenes::{multi_scale, select};
 use icoray::{Field, Renderer, Result, Scene};
 use icoray_reference::comparison::Comparison;
@@ -71,7 +71,7 @@ pub struct Options {
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     make_directory(&options.out)?;
     let environment = Environment::new(&options.python, &options.out.join("environment"), out)?;
-    let mut table = Table::create(options.out.join("vtk.csv"), COLUMNS, "")?;
+    let mut table = Table::create(options.out.join("vtk.csv"), COLUMNS)?;
     HEAD.iter().try_for_each(|line| say!(out, "{line}"))?;
     let runs = options.levels.len() * options.transfers.len() * (1 + options.renderers.len());
     let bar = progress(runs, "vtk");
@@ -85,18 +85,18 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
             let model = Model::new(*level, options, &scene, name)?;
             bar.set_message(format!("n={level} {name}, icoray"));
             let ours = model.ours()?;
-            table.row(&ours.cells(options))?;
-            bar.suspend(|| say!(out, "{}", ours.line()))?;
+            let mut add = |row: Row| {
+                table.row(&row.cells(options))?;
+                bar.suspend(|| say!(out, "{}", row.line()))?;
+                rows.push(row);
+                Ok(())
+            };
+            add(ours)?;
             bar.inc(1);
-            rows.push(ours);
             for renderer in &options.renderers {
                 bar.set_message(format!("n={level} {name}, {renderer}"));
                 match model.theirs(&environment, renderer)? {
-                    Ok(row) => {
-                        table.row(&row.cells(options))?;
-                        bar.suspend(|| say!(out, "{}", row.line()))?;
-                        rows.push(row);
-                    }
+                    Ok(row) => add(row)?,
                     Err(why) => failures.push(format!("n={level}, {name}, {renderer}: {why}")),
                 }
                 bar.inc(1);
@@ -142,9 +142,9 @@ impl<'o> Model<'o> {
         let prepare = start.elapsed().as_secs_f64();
         let mut last = None;
         let mut draw = |field: &Field| {
-            let start = Instant::now();
-            last = Some(renderer.render(self.scene, &grid, &self.sphere.layers, field)?);
-            Ok(start.elapsed().as_secs_f64())
+            let (seconds, frame) = timed(&renderer, self.scene, &grid, &self.sphere.layers, field)?;
+            last = Some(frame);
+            Ok(seconds)
         };
         let field = self.sphere.field()?;
         let frames = self.options.frames.max(1);

@@ -1,17 +1,24 @@
-//! `icoray-study speed` runs itself to count instructions.
+//! `icoray-study speed` in a process of its own: it runs itself to count instructions, other builds beside itself, and its
+//! peak memory is that of the frame.
 
 use icoray_test_support::{Need, skip};
 use std::process::Command;
 
-#[test]
-fn instructions_are_counted_or_reported_as_uncounted() {
+/// What the program prints with these words; or else its errors.
+fn speed(words: &str, more: &[&str]) -> Result<String, String> {
     let directory = tempfile::tempdir().unwrap();
     let mut study = Command::new(env!("CARGO_BIN_EXE_icoray-study"));
-    study.args(["speed", "--sizes", "2x5", "--counted", "2x5", "--pixels", "16", "--frames", "1"]);
-    study.args(["--threads", "1", "--transfers", "dense,walk", "--lights", "unlit", "--tolerance", "1e-3"]);
-    let output = study.arg("--out").arg(directory.path()).output().unwrap();
+    study.arg("speed").args(words.split_whitespace()).args(more).arg("--out").arg(directory.path());
+    let output = study.output().unwrap();
     let [printed, errors] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-    assert!(output.status.success(), "{errors}");
+    if output.status.success() { Ok(printed) } else { Err(errors) }
+}
+
+#[test]
+fn instructions_are_counted_or_reported_as_uncounted() {
+    let words = "--sizes 2x5 --counted 2x5 --pixels 16 --frames 1 --threads 1 --transfers dense,walk --lights unlit \
+                 --tolerance 1e-3";
+    let printed = speed(words, &[]).unwrap();
     if printed.contains("instructions are not counted: neither") {
         return skip(Need::Counters);
     }
@@ -26,16 +33,9 @@ fn instructions_are_counted_or_reported_as_uncounted() {
 /// Frames of two builds, which are the same here, and of a program that is none.
 #[test]
 fn two_builds_render_frames_in_turn() {
-    let run = |other: &str| {
-        let mut study = Command::new(env!("CARGO_BIN_EXE_icoray-study"));
-        study.args(["speed", "--sizes", "2x5,1x3", "--pixels", "16", "--frames", "3", "--threads", "1,2"]);
-        study.args(["--transfers", "dense", "--tolerance", "1e-3", "--uncounted", "--against", other]);
-        let output = study.output().unwrap();
-        let [printed, errors] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-        (output.status.success(), printed, errors)
-    };
-    let (is_done, printed, errors) = run(env!("CARGO_BIN_EXE_icoray-study"));
-    assert!(is_done, "{errors}");
+    let words =
+        "--sizes 2x5,1x3 --pixels 16 --frames 3 --threads 1,2 --transfers dense --tolerance 1e-3 --uncounted --against";
+    let printed = speed(words, &[env!("CARGO_BIN_EXE_icoray-study")]).unwrap();
     let rows: Vec<&str> = printed.lines().filter(|line| line.contains(" core")).skip(1).collect();
     assert_eq!(rows.len(), 2 * 2 * 2, "{printed}");
     assert!(rows[0].starts_with("| 2x5, 1 core | dense unlit 1e-3 | "), "{printed}");
@@ -47,6 +47,26 @@ fn two_builds_render_frames_in_turn() {
         let apart = 6e-5 * (1.0 + ratio) / this.max(1e-4) + 1e-3;
         assert!(other > 0.0 && (other / this - ratio).abs() < apart && pairs > 0.0, "{row}");
     }
-    let (is_done, _, errors) = run("/bin/true");
-    assert!(!is_done && errors.contains("/bin/true: rendered no frame on request"), "{errors}");
+    let errors = speed(words, &["/bin/true"]).unwrap_err();
+    assert!(errors.contains("/bin/true: rendered no frame on request"), "{errors}");
+}
+
+/// The numbers in a cell `measured (percent %; planned)`.
+fn measured_and_planned(cell: &str) -> [f64; 2] {
+    let (measured, rest) = cell.trim().split_once(" (").unwrap_or_else(|| panic!("{cell}"));
+    let (_, planned) = rest.trim_end_matches(')').split_once("; ").unwrap_or_else(|| panic!("{cell}"));
+    [measured, planned].map(|number| number.trim().parse().unwrap_or_else(|_| panic!("{cell}")))
+}
+
+#[test]
+fn a_frame_takes_the_memory_of_its_plan() {
+    let words = "--sizes 8x26 --pixels 64 --frames 1 --uncounted --threads 2 --transfers lobes --tolerance 1e-3";
+    let printed = speed(words, &[]).unwrap();
+    let row = printed.lines().find(|line| line.starts_with("| 8 | 655,362 |")).unwrap_or_else(|| panic!("{printed}"));
+    let cells: Vec<&str> = row.trim_matches('|').split('|').collect();
+    let [unlit, lit] = [cells[cells.len() - 2], cells[cells.len() - 1]].map(measured_and_planned);
+    for [measured, planned] in [unlit, lit] {
+        assert!((planned / measured - 1.0).abs() < 0.1, "{row}");
+    }
+    assert!(lit[0] > unlit[0] + 40.0, "gradients take memory: {row}");
 }

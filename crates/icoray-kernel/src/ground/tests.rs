@@ -6,20 +6,44 @@ use super::line_map::{BORDERS, COASTS};
 use super::*;
 use crate::walk::locate;
 use glam::DVec3;
-use icoray_grid::IcosahedralMesh;
 use icoray_grid::grid::unit_vector;
+use icoray_grid::{Grid, IcosahedralMesh};
 use icoray_scene::{Camera, Lines, LonLatBox, Outlines, Pattern};
-use sampled::{Sampled, Surface};
+use sampled::{Off, Sampled, Surface};
 
 /// Lines that turn, meet and run at an angle through their pixels are no more than this from the sampled ones.
 const RMS: f64 = 0.05;
 
-fn scene() -> Scene {
-    Scene::parse(
-        "field = \"q\"\n[image]\nwidth = 160\nheight = 160\n[camera]\nlon = 0\nlat = 0\ndistance = 3\nfov = 40\n\
-         [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.0], [1, 0.0]]\n",
+/// A scene of lines on the ground, or on their own level.
+fn scene(camera: Camera, lines: Vec<Lines>) -> Scene {
+    let mut scene = Scene::parse(
+        "field = \"q\"\nimage = { width = 160, height = 160 }\n\
+         transfer = { map = \"viridis\", range = [0, 1], opacity = [[0, 0.0], [1, 0.0]] }\n",
     )
-    .unwrap()
+    .unwrap();
+    (scene.camera, scene.scenery.lines) = (camera, lines);
+    scene
+}
+
+/// A camera that looks straight down from two radii above the place at 0, 0.
+fn above_zero() -> Camera {
+    Camera::above(0.0, 0.0, 3.0, 40.0).unwrap()
+}
+
+/// The part of a pixel that lines on the ground of a round sphere cover at a place.
+fn covered(scene: &Scene, at: [f64; 2]) -> f64 {
+    Painter::new(scene, Level::Ground).unwrap().paint(&SurfaceHit::round(place(at)), None)[3]
+}
+
+/// Compares painted lines with sampled ones, of which more than `least` pixels are seen; `grid` is that of lines along
+/// its cells or triangles.
+fn assert_sampled(what: &str, sampled: &Sampled, polylines: &[Vec<DVec3>], grid: Option<&Grid>, least: f64) -> Off {
+    let painter = Painter::new(sampled.scene, Level::Ground).unwrap();
+    let at = |hit: &SurfaceHit| grid.map(|grid| (grid, locate(grid, 0, hit.position)));
+    let off = sampled.compare(polylines, |hit| painter.paint(hit, at(hit))[3]);
+    assert!(off.ink > least && off.rms < RMS, "{what}: {off:?}");
+    assert!((off.drawn - off.ink).abs() < 0.03 * off.ink, "{what}: {off:?}");
+    off
 }
 
 fn lines(pattern: Pattern, width_px: f64) -> Lines {
@@ -49,7 +73,7 @@ fn graticule(spacing: i32) -> Vec<Vec<DVec3>> {
 }
 
 fn map_lines(runs: [&[u8]; 2], camera: Camera) -> Vec<Vec<DVec3>> {
-    let scale = line_map::scale(&View::of(&Scene { camera, ..scene() }));
+    let scale = line_map::scale(&View::of(&scene(camera, Vec::new())));
     line_map::segments(runs[scale]).iter().map(|[from, to]| polyline(*from, *to)).collect()
 }
 
@@ -97,17 +121,13 @@ fn lines_are_those_of_a_picture_sampled_many_times() {
         ("coast at the limb", limb, Pattern::Coast, 1.2, map_lines(COASTS, limb)),
     ];
     for (name, camera, pattern, width, polylines) in cases {
-        let mut scene = scene();
-        (scene.camera, scene.scenery.lines) = (camera, vec![lines(pattern.clone(), width)]);
-        let painter = Painter::new(&scene, Level::Ground).unwrap();
+        let scene = scene(camera, vec![lines(pattern.clone(), width)]);
         let apart = |lat: f64| match pattern {
             Pattern::Graticule { spacing_deg } => spacing_deg * lat.to_radians().cos().max(0.17),
             _ => 5.0,
         };
         let sampled = Sampled { scene: &scene, surface: Surface::Sphere, width, apart: &apart };
-        let off = sampled.compare(&polylines, |hit| painter.paint(hit, None)[3]);
-        assert!(off.ink > 40.0 && off.rms < RMS, "{name}: {off:?}");
-        assert!((off.drawn - off.ink).abs() < 0.03 * off.ink, "{name}: {off:?}");
+        assert_sampled(name, &sampled, &polylines, None, 40.0);
     }
 }
 
@@ -124,14 +144,9 @@ fn cells_and_triangles_are_those_of_the_grid() {
     }
     for (pattern, polylines) in [(Pattern::Cells, edges), (Pattern::Triangles, sides)] {
         for camera in [Camera::above(20.0, 35.0, 3.0, 30.0).unwrap(), at_limb(20.0, 35.0, 8.0)] {
-            let mut scene = scene();
-            (scene.camera, scene.scenery.lines) = (camera, vec![lines(pattern.clone(), 2.0)]);
-            let painter = Painter::new(&scene, Level::Ground).unwrap();
+            let scene = scene(camera, vec![lines(pattern.clone(), 2.0)]);
             let sampled = Sampled { scene: &scene, surface: Surface::Sphere, width: 2.0, apart: &|_| 5.5 };
-            let off =
-                sampled.compare(&polylines, |hit| painter.paint(hit, Some((&grid, locate(&grid, 0, hit.position))))[3]);
-            assert!(off.ink > 100.0 && off.rms < RMS, "{pattern:?}: {off:?}");
-            assert!((off.drawn - off.ink).abs() < 0.03 * off.ink, "{pattern:?}: {off:?}");
+            assert_sampled(&format!("{pattern:?}"), &sampled, &polylines, Some(&grid), 100.0);
         }
     }
 }
@@ -155,9 +170,8 @@ fn edges_that_reach_over_from_a_neighbour_are_drawn() {
         let side = from.cross(to).normalize();
         let on_edge = (there - 0.1 * side.dot(there) * side).normalize();
         assert_eq!(locate(&grid, 0, on_edge), triangle);
-        let mut scene = scene();
-        scene.camera = Camera::look_at((3.0 * on_edge).to_array(), [0.0; 3], [0.1, 0.2, 1.0], 40.0).unwrap();
-        scene.scenery.lines = vec![lines(Pattern::Cells, 1.0)];
+        let camera = Camera::look_at((3.0 * on_edge).to_array(), [0.0; 3], [0.1, 0.2, 1.0], 40.0).unwrap();
+        let scene = scene(camera, vec![lines(Pattern::Cells, 1.0)]);
         let painter = Painter::new(&scene, Level::Ground).unwrap();
         let covered = painter.paint(&SurfaceHit::round(on_edge), Some((&grid, triangle)))[3];
         assert!(covered > 0.999, "{k}: {covered}");
@@ -166,73 +180,57 @@ fn edges_that_reach_over_from_a_neighbour_are_drawn() {
 
 #[test]
 fn lines_on_a_slope_are_as_wide_as_elsewhere() {
-    let mut scene = scene();
     let pattern = Pattern::Graticule { spacing_deg: 1.0 };
     let up = place([10.5, 30.5]);
     let east = DVec3::Z.cross(up);
     // Steep, facing the north-west, and seen from above and aside.
     let normal = (0.5 * up - 0.6 * east + 0.5 * DVec3::Z).normalize();
     let eye = up + 0.5 * (normal + 0.4 * up + 0.7 * east);
-    (scene.camera, scene.scenery.lines) =
-        (Camera::look_at(eye.to_array(), up.to_array(), [0.0, 0.0, 1.0], 9.0).unwrap(), vec![lines(pattern, 1.5)]);
+    let camera = Camera::look_at(eye.to_array(), up.to_array(), [0.0, 0.0, 1.0], 9.0).unwrap();
+    let scene = scene(camera, vec![lines(pattern, 1.5)]);
     let painter = Painter::new(&scene, Level::Ground).unwrap();
     let surface = Surface::Plane { on: up, normal };
     let sampled = Sampled { scene: &scene, surface, width: 1.5, apart: &|_| 0.8 };
-    let off = sampled.compare(&graticule(1), |hit| painter.paint(hit, None)[3]);
-    assert!(off.ink > 100.0 && off.rms < RMS, "{off:?}");
-    assert!((off.drawn - off.ink).abs() < 0.03 * off.ink, "{off:?}");
+    let off = assert_sampled("slope", &sampled, &graticule(1), None, 100.0);
     let round = sampled.compare(&graticule(1), |hit| painter.paint(&SurfaceHit::round(hit.position), None)[3]);
     assert!(round.rms > 2.0 * off.rms, "a slope taken for level ground: {round:?}");
 }
 
 #[test]
 fn a_region_ends_lines_at_its_sides_and_not_before() {
-    let mut scene = scene();
-    scene.camera = Camera::above(178.0, 10.0, 3.0, 30.0).unwrap();
     let mut shown = lines(Pattern::Graticule { spacing_deg: 10.0 }, 2.0);
     shown.region = Some(LonLatBox { lon_deg: [160.0, 200.0], lat_deg: [0.0, 20.0] });
-    scene.scenery.lines = vec![shown];
-    let painter = Painter::new(&scene, Level::Ground).unwrap();
-    let at = |lon: f64, lat: f64| painter.paint(&SurfaceHit::round(place([lon, lat])), None)[3];
-    for [lon, lat] in [[180.0, 5.0], [-170.0, 15.0], [165.0, 10.0], [-165.0, 20.0], [160.0, 7.0], [-160.0, 0.0]] {
-        assert!(at(lon, lat) > 0.999, "{lon} {lat}: {}", at(lon, lat));
+    let scene = scene(Camera::above(178.0, 10.0, 3.0, 30.0).unwrap(), vec![shown]);
+    for at in [[180.0, 5.0], [-170.0, 15.0], [165.0, 10.0], [-165.0, 20.0], [160.0, 7.0], [-160.0, 0.0]] {
+        assert!(covered(&scene, at) > 0.999, "{at:?}: {}", covered(&scene, at));
     }
-    for [lon, lat] in [[180.0, 25.0], [150.0, 5.0], [-150.0, 5.0], [-155.0, 10.0], [155.0, 0.0], [170.0, -5.0]] {
-        assert_eq!(at(lon, lat), 0.0, "{lon} {lat}");
+    for at in [[180.0, 25.0], [150.0, 5.0], [-150.0, 5.0], [-155.0, 10.0], [155.0, 0.0], [170.0, -5.0]] {
+        assert_eq!(covered(&scene, at), 0.0, "{at:?}");
     }
 }
 
 #[test]
 fn crowded_lines_fade() {
-    let mut scene = scene();
-    let covered = |scene: &Scene, lon: f64| {
-        let painter = Painter::new(scene, Level::Ground).unwrap();
-        painter.paint(&SurfaceHit::round(place([lon, 0.0])), None)[3]
-    };
+    let graticule = |spacing_deg| scene(above_zero(), vec![lines(Pattern::Graticule { spacing_deg }, 1.0)]);
     // A pixel is 0.52 degrees where the camera looks straight down.
     for (spacing_deg, expected) in [(6.0, 1.0..=1.0), (1.0, 0.4..=0.75), (0.4, 0.0..=0.0)] {
-        scene.scenery.lines = vec![lines(Pattern::Graticule { spacing_deg }, 1.0)];
-        let here = covered(&scene, 0.0);
+        let here = covered(&graticule(spacing_deg), [0.0; 2]);
         assert!(expected.contains(&here), "{spacing_deg}: {here}");
     }
     // Towards the limb meridians crowd, and on the equator the parallel stays.
-    scene.scenery.lines = vec![lines(Pattern::Graticule { spacing_deg: 5.0 }, 1.0)];
-    assert_eq!([0.0, 20.0, 69.0].map(|lon| covered(&scene, lon)), [1.0; 3]);
-    let beside = |lon: f64| {
-        let painter = Painter::new(&scene, Level::Ground).unwrap();
-        painter.paint(&SurfaceHit::round(place([lon, 2.5])), None)[3]
-    };
-    assert!(beside(20.0) == 1.0 && beside(70.0) < 0.2, "{} {}", beside(20.0), beside(70.0));
+    let scene = graticule(5.0);
+    assert_eq!([0.0, 20.0, 69.0].map(|lon| covered(&scene, [lon, 0.0])), [1.0; 3]);
+    let beside = [20.0, 70.0].map(|lon| covered(&scene, [lon, 2.5]));
+    assert!(beside[0] == 1.0 && beside[1] < 0.2, "{beside:?}");
 }
 
 #[test]
 fn later_lines_lie_over_earlier_ones_and_only_on_their_level() {
-    let mut scene = scene();
     let graticule = lines(Pattern::Graticule { spacing_deg: 10.0 }, 3.0);
     let red = Lines { color: [1.0, 0.0, 0.0], ..graticule.clone() };
     let half = Lines { color: [0.0, 0.0, 1.0], opacity: 0.25, ..graticule.clone() };
     let top = Lines { on: Level::Top, ..graticule };
-    scene.scenery.lines = vec![red, half, top];
+    let scene = scene(above_zero(), vec![red, half, top]);
     let hit = SurfaceHit::round(place([0.0, 0.0]));
     let painted = |level| Painter::new(&scene, level).unwrap().paint(&hit, None);
     assert_eq!(painted(Level::Ground), [0.75, 0.0, 0.25, 1.0]);
@@ -242,8 +240,8 @@ fn later_lines_lie_over_earlier_ones_and_only_on_their_level() {
 
 #[test]
 fn invisible_hits_are_not_painted() {
-    let mut scene = scene();
-    scene.scenery.lines = vec![lines(Pattern::Coast, 1.0), lines(Pattern::Graticule { spacing_deg: 10.0 }, 1.0)];
+    let shown = [Pattern::Coast, Pattern::Graticule { spacing_deg: 10.0 }].map(|pattern| lines(pattern, 1.0));
+    let scene = scene(above_zero(), shown.to_vec());
     let painter = Painter::new(&scene, Level::Ground).unwrap();
     let odd = [
         SurfaceHit::round(DVec3::ZERO),

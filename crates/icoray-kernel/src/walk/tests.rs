@@ -61,22 +61,21 @@ fn must_walk(grid: &Grid, eye: DVec3, dir: DVec3, hint: u32) -> usize {
     walk(grid, eye, dir, hint).unwrap_or_else(|e| panic!("eye {eye:?}, dir {dir:?}, hint {hint}: {e}"))
 }
 
-/// A mesh whose cells were moved about by up to a third of their spacing, with 32-bit coordinates and turned rows.
-fn uneven(level: u32) -> (IcosahedralMesh, Vec<f32>, Vec<f32>) {
+/// A mesh whose cells were moved about by up to a third of their spacing, with coordinates of 32 bits and turned rows.
+fn uneven(level: u32) -> IcosahedralMesh {
     let mut mesh = IcosahedralMesh::new(level).unwrap();
     let spacing = 1.1 / f64::from(1u32 << level);
     let mut random = Random::new(7);
-    let (mut lon, mut lat) = (Vec::new(), Vec::new());
     for cell in 0..mesh.cells() {
         let at = icoray_grid::grid::unit_vector(mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]);
         let moved = (at + DVec3::from_array(random.direction()) * spacing * 0.33).normalize();
-        lon.push(moved.y.atan2(moved.x) as f32);
-        lat.push(moved.z.asin() as f32);
+        mesh.lon_center_rad[cell] = f64::from(moved.y.atan2(moved.x) as f32);
+        mesh.lat_center_rad[cell] = f64::from(moved.z.asin() as f32);
     }
     for row in mesh.corner_cell.chunks_exact_mut(3).step_by(3) {
         row.swap(0, 2);
     }
-    (mesh, lon, lat)
+    mesh
 }
 
 /// An eye, from the centre out to 1e4 radii, and an aim around the shell; many of the rays graze it.
@@ -90,11 +89,8 @@ fn ends(random: &mut Random, ray: u64) -> [DVec3; 2] {
 /// Ten million rays in the long run.
 #[test]
 fn random_rays_are_walked_to_their_end() {
-    let (mesh, lon, lat) = uneven(3);
-    let center = LonLat { lon_rad: lon.as_slice().into(), lat_rad: lat.as_slice().into() };
-    let uneven = Grid::new(GridTables { center, ..mesh.tables() }).unwrap();
-    let fine = IcosahedralMesh::new(5).unwrap();
-    let fine = Grid::new(fine.tables()).unwrap();
+    let [uneven, fine] = [uneven(3), IcosahedralMesh::new(5).unwrap()];
+    let [uneven, fine] = [&uneven, &fine].map(|mesh| Grid::new(mesh.tables()).unwrap());
     let rays: u64 = count(200_000, 10_000_000);
     const BLOCK: u64 = 10_000;
     let columns: usize = (0..rays / BLOCK)
@@ -120,9 +116,8 @@ fn random_rays_are_walked_to_their_end() {
 #[test]
 fn rays_from_above_vertices_through_the_centre_reach_the_far_side() {
     for level in 0..4 {
-        let (mesh, lon, lat) = uneven(level);
-        let center = LonLat { lon_rad: lon.as_slice().into(), lat_rad: lat.as_slice().into() };
-        let grid = Grid::new(GridTables { center, ..mesh.tables() }).unwrap();
+        let mesh = uneven(level);
+        let grid = Grid::new(mesh.tables()).unwrap();
         for cell in 0..grid.cells() as u32 {
             for far in [1.05, 1.3, 1.5, 2.7, 11.0, 300.0] {
                 let eye = grid.direction(cell) * far;
@@ -137,13 +132,9 @@ fn rays_from_above_vertices_through_the_centre_reach_the_far_side() {
 /// to and from void triangles.
 #[test]
 fn random_rays_are_walked_over_holes() {
-    let (mut mesh, lon, lat) = uneven(3);
-    (mesh.lon_center_rad, mesh.lat_center_rad) =
-        (lon.iter().map(|v| f64::from(*v)).collect(), lat.iter().map(|v| f64::from(*v)).collect());
-    let even = IcosahedralMesh::new(4).unwrap();
     let each: u64 = count(2_000, 40_000);
-    let meshes = culled::holes(&mesh).into_iter().map(|hole| (hole, &mesh));
-    let meshes = meshes.chain(culled::holes(&even).into_iter().map(|hole| (hole, &even)));
+    let meshes = [uneven(3), IcosahedralMesh::new(4).unwrap()];
+    let meshes = meshes.iter().flat_map(|mesh| culled::holes(mesh).into_iter().map(move |hole| (hole, mesh)));
     let mut rays = 0;
     for ((name, stays), mesh) in meshes {
         let culled = culled::Culled::new(mesh, &stays, culled::Style::Corners, culled::Mark::BeforeFirst, 1);

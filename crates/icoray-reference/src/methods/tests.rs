@@ -10,11 +10,7 @@ const KNOTS: &str = r##"unit_length = 0.1
 knots = [ { value = -1.1, color = "#2040ff", opacity = 0.4 }, { value = 1.1, color = "orange", opacity = 0.1 } ]"##;
 
 fn scene(rest: &str) -> Scene {
-    Scene::parse(&format!(
-        "field = \"f\"\nantialias = false\nbackground = \"transparent\"\ncore = \"transparent\"\n[image]\nwidth = 32\nheight = 32\n\
-         [camera]\nlon = 20\nlat = 35\ndistance = 3.5\nfov = 40\n[transfer]\n{KNOTS}\n{rest}"
-    ))
-    .unwrap()
+    crate::tests::scene(32, &format!("{KNOTS}\n{rest}"))
 }
 
 fn compared<T: Copy + Into<f64>>(picture: &Picture, truth: &[[T; 4]]) -> Comparison {

@@ -1,6 +1,7 @@
 use super::*;
 use crate::comparison::Comparison;
 use crate::sphere::{Sphere, multi_scale};
+use crate::tests::scene;
 use glam::DVec3;
 use icoray::{Knot, Layers, Scene};
 use rayon::prelude::*;
@@ -16,14 +17,6 @@ knots = [ { value = -0.3, color = "red", extinction = 0.2 }, { value = -0.3, col
           { value = -0.2, color = "blue", extinction = 0.0 }, { value = 0.1, color = "white", extinction = 0 },
           { value = 0.1000005, color = "lime", extinction = 1e6 }, { value = 0.100001, color = "white", extinction = 0 },
           { value = 0.4, color = "white", extinction = 0 }, { value = 0.5, color = "white", extinction = 1e12 } ]"##;
-
-fn scene(size: u32, transfer: &str, rest: &str) -> Scene {
-    Scene::parse(&format!(
-        "field = \"f\"\nantialias = false\n{rest}\n[image]\nwidth = {size}\nheight = {size}\n[camera]\nlon = 20\nlat = 35\ndistance = 3.5\n\
-         fov = 40\n[transfer]\n{transfer}"
-    ))
-    .unwrap()
-}
 
 fn max_difference(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
     assert!(a.iter().any(|pixel| pixel[3] > 0.2), "nothing is seen");
@@ -60,7 +53,6 @@ fn a_linear_ramp_of_any_depth_is_integrated() {
     let parsed = scene(
         1,
         "unit_length = 1\nknots = [ { value = 0, color = \"black\", extinction = 0 }, { value = 1, color = \"white\", extinction = 1 } ]",
-        "",
     );
     let spans = Spans::new(&parsed.volumes[0].transfer, 1.0);
     for length in [1e-3, 1.0, 40.0, 1e4, 1e12] {
@@ -96,7 +88,7 @@ fn halved_panels_change_nothing() {
         (format!("{HARSH}\n[light]\nkind = \"sun\"\nlon = 80\nlat = 10"), 1e-9),
     ];
     for (transfer, bound) in cases {
-        let scene = scene(48, &transfer, "core = \"transparent\"\nbackground = \"transparent\"");
+        let scene = scene(48, &transfer);
         let [coarse, fine] = [PANEL, 0.5 * PANEL].map(|panel| model.picture(&scene, &[], panel));
         let d = max_difference(&coarse, &fine);
         println!("{:?}: {d:.1e}", transfer.lines().last());
@@ -114,7 +106,7 @@ fn a_step_on_a_layer_is_where_the_layer_is() {
         "unit_length = 0.1\nknots = [ {{ value = 0, color = \"black\", extinction = 0 }}, {{ value = {value}, color = \"black\", extinction = 0 }},\n\
          {{ value = {value}, color = \"white\", extinction = 1e9 }} ]"
     );
-    let scene = scene(32, &transfer, "core = \"transparent\"\nbackground = \"transparent\"");
+    let scene = scene(32, &transfer);
     let picture = model.picture(&scene, &[], PANEL);
     // Above the second layer the value is the knot's: opaque, down to the shell's surface.
     assert!(picture.iter().all(|p| p[3] == 0.0 || p[3] > 1.0 - 1e-9));
@@ -133,9 +125,8 @@ fn redundant_knots_and_layers_change_nothing() {
     let values = model.fields[0].values.chunks_exact(radius.len()).flat_map(midway).collect();
     let layers = Layers::new(midway(radius), 1.0).unwrap();
     let finer = Model { layers, fields: vec![NamedField { name: "f", values }], ..Model::new(3, 9, multi_scale) };
-    let hollow = "core = \"transparent\"\nbackground = \"transparent\"";
     for transfer in [KNOTS, HARSH] {
-        let plain = scene(48, transfer, hollow);
+        let plain = scene(48, transfer);
         let expected = model.picture(&plain, &[], PANEL);
         let layered = finer.picture(&plain, &[], PANEL);
         let mut knotted = plain.clone();
@@ -197,11 +188,9 @@ fn the_traversal_finds_the_frusta_of_brute_force() {
     for core in ["", "core = \"transparent\"\n"] {
         for light in LIGHTS {
             let scene = small(&format!("{core}{}{light}", volume(1.0)));
-            let (grid, field, renderer) =
-                (model.sphere.grid().unwrap(), model.sphere.field().unwrap(), Renderer::new(1).unwrap());
-            let job = Job { scene: &scene, grid: &grid, layers: &model.sphere.layers, field: &field };
-            let [walked, brute] = [picture(&job, &renderer), brute_force(&job, &renderer)].map(Result::unwrap);
-            let difference = max_difference(&walked, &brute);
+            let renderer = Renderer::new(1).unwrap();
+            let both = |job: &Job| Ok(max_difference(&picture(job, &renderer)?, &brute_force(job, &renderer)?));
+            let difference = model.sphere.with_job(&scene, both).unwrap();
             assert!(difference < if light.is_empty() { 1e-12 } else { 1e-9 }, "{light} {difference:e}");
         }
     }

@@ -6,8 +6,9 @@ use crate::columns::columns;
 use crate::oracle::{Data, NamedField, Oracle, PANEL};
 use crate::ray::Ray;
 use crate::sphere::Sphere;
+use crate::tests::scene;
 use glam::DVec3;
-use icoray::{Grid, IcosahedralMesh, Layers, Renderer, Scene};
+use icoray::{Grid, IcosahedralMesh, Layers, Renderer};
 use std::collections::HashSet;
 
 /// A constant field absorbs `1 - e^(-κ L)`, L being the length of the ray in the shell, without its hollow core.
@@ -15,12 +16,11 @@ use std::collections::HashSet;
 fn stability_reference_is_the_closed_form_where_all_is_constant() {
     let sphere = Sphere::new(2, 4, [1.0, 1.6], |_| 0.25).unwrap();
     let grid = sphere.grid().unwrap();
-    let scene = Scene::parse(
-        "field = \"f\"\nantialias = false\nbackground = \"transparent\"\ncore = \"transparent\"\n\
-         [camera]\nlon = 20\nlat = 35\ndistance = 3\n[transfer]\nunit_length = 1\n\
+    let scene = scene(
+        1,
+        "unit_length = 1\n\
          knots = [{ value = 0, color = \"white\", extinction = 1 }, { value = 1, color = \"white\", extinction = 3 }]",
-    )
-    .unwrap();
+    );
     let fields = [NamedField { name: "f", values: vec![0.25; sphere.values.len()] }];
     let data = Data { grid: &grid, layers: &sphere.layers, heights: &[], fields: &fields };
     let oracle = Oracle::new(&scene, data, PANEL).unwrap();

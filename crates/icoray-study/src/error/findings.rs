@@ -76,7 +76,7 @@ mod tests {
 
     /// A run of one of the ladders.
     fn measured(ladder: usize, rung: usize, seconds: f64, max: f64, violations: usize) -> Measured {
-        let bound = BoundCheck { max: 1.0, median: 1.0, violations, worst: 1.5, ratio: None };
+        let bound = BoundCheck { max: 1.0, median: 1.0, median_error: 0.0, violations, worst: 1.5, ratio: None };
         Measured {
             run: ladders(0.1, false, true)[ladder][rung],
             seconds: vec![seconds],

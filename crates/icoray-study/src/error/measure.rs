@@ -1,5 +1,6 @@
 //! The methods with their parameters: runs all on one scene, in rounds, and compares them with the oracle.
 
+use super::Options;
 use crate::results::number;
 use icoray::{Precision, Renderer, Result, Scene};
 use icoray_progress::Bar;
@@ -63,16 +64,7 @@ pub const MEASURES: [Measure; 2] = [
     Measure { name: "max", title: "largest error against the oracle", error: |m| m.distance.max },
 ];
 
-/// Limits of repeats and times.
-pub struct Effort {
-    /// Times that each run is repeated.
-    pub repeats: usize,
-    /// Runs that take longer are not repeated, and no smaller step of their series is tried; at least a multiple of
-    /// the scene's first run.
-    pub longest_s: f64,
-}
-
-/// That multiple.
+/// The least multiple of a scene's first run that [`Options::longest`] stands for.
 const FIRST_RUNS: f64 = 3.0;
 
 /// Runs the ladders on a scene against `truth`: all runs once, then all again, so that noise affects all alike.
@@ -80,12 +72,12 @@ pub fn measure(
     job: &Job,
     truth: &[[f64; 4]],
     ladders: &[Vec<Run>],
-    effort: Effort,
+    options: &Options,
     renderer: &Renderer,
     bar: &Bar,
 ) -> Result<Vec<Measured>> {
     let mut all: Vec<Measured> = Vec::new();
-    let mut longest_s = effort.longest_s;
+    let mut longest_s = options.longest;
     for ladder in ladders {
         for run in ladder {
             bar.set_message(run.label());
@@ -106,8 +98,8 @@ pub fn measure(
         }
     }
     let again = all.iter().filter(|m| m.whole_s <= longest_s).count();
-    bar.set_length((all.len() + again * effort.repeats.saturating_sub(1)) as u64);
-    for _ in 1..effort.repeats {
+    bar.set_length((all.len() + again * options.repeats.saturating_sub(1)) as u64);
+    for _ in 1..options.repeats {
         for measured in all.iter_mut().filter(|m| m.whole_s <= longest_s) {
             bar.set_message(measured.run.label());
             measured.seconds.push(render(job, &measured.run, renderer)?.seconds);
@@ -122,11 +114,8 @@ fn render(job: &Job, run: &Run, renderer: &Renderer) -> Result<Picture> {
     run.method.render(&Job { scene: &scene, ..*job }, renderer)
 }
 
-pub const COLUMNS: &str = "scene,method,parameter,seconds_median,seconds_min,repeats,rmse,max_error,samples,bound_max,\
-    bound_median,violations,bound_ratio";
-
-pub const PRINTED: &str = "scene,method,parameter,seconds_median,rmse,max_error,samples,bound_max,violations,\
-    bound_ratio";
+pub const COLUMNS: &str = "scene,method,parameter,seconds_median,-seconds_min,-repeats,rmse,max_error,samples,\
+    bound_max,-bound_median,violations,bound_ratio";
 
 /// The default method's name in tables and plots.
 pub const EXACT: &str = "exact";

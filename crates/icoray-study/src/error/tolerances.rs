@@ -1,9 +1,9 @@
 //! Cost and errors of each tolerance: seconds, frusta, true and reported errors by kind of scene.
 
-use crate::results::{replace_section, say};
+use crate::results::{replace_section, say, timed};
 use glam::DVec3;
 use icoray::{Field, Fields, Layers, Location, Precision, Renderer, Result, Scene, Shape};
-use icoray_reference::comparison::{BoundCheck, Comparison, median};
+use icoray_reference::comparison::{BoundCheck, Comparison};
 use icoray_reference::oracle::{Data, NamedField, Oracle, PANEL};
 use icoray_reference::ray::Ray;
 use icoray_reference::sphere::{Sphere, multi_scale};
@@ -11,7 +11,6 @@ use rayon::prelude::*;
 use std::fmt::Write as _;
 use std::io::Write;
 use std::path::Path;
-use std::time::Instant;
 
 const LAYERS: usize = 16;
 const SHELL: [f64; 2] = [1.0, 1.15];
@@ -78,21 +77,17 @@ fn table(renderer: &Renderer, all: &Renderer, [width, height]: [u32; 2]) -> Resu
             let _ = write!(text, "| {name} | 1e-{digits} |");
             for precision in [Precision::F32, Precision::F64] {
                 scene.precision = precision;
-                let drawn = || {
-                    let start = Instant::now();
-                    let frame = renderer.render(&scene, &grid, &layers, Fields::new([("f", ours), ("g", others)]))?;
-                    Ok((start.elapsed().as_secs_f64(), frame))
-                };
-                let frames = (0..FRAMES).map(|_| drawn()).collect::<Result<Vec<_>>>()?;
+                let fields = || Fields::new([("f", ours), ("g", others)]);
+                let frames = (0..FRAMES).map(|_| timed(renderer, &scene, &grid, &layers, fields()));
+                let frames = frames.collect::<Result<Vec<_>>>()?;
                 let (seconds, frame) = frames.iter().min_by(|a, b| a.0.total_cmp(&b.0)).expect("there are frames");
                 let errors = Comparison::new(&frame.pixels, &truth);
                 let reported = BoundCheck::new(&frame.error, &errors.pixel_errors);
-                let seen = errors.pixel_errors.iter().zip(&frame.error).filter(|(e, bound)| **e > 0.0 || **bound > 0.0);
-                let median_error = median(seen.map(|(e, _)| *e).collect());
+                let BoundCheck { max, median, median_error, .. } = reported;
                 let _ = write!(
                     text,
-                    " {seconds:.3} | {} | {:.0e}, {median_error:.0e} | {:.0e}, {:.0e} |",
-                    frame.report.counts.frusta, errors.max, reported.max, reported.median
+                    " {seconds:.3} | {} | {:.0e}, {median_error:.0e} | {max:.0e}, {median:.0e} |",
+                    frame.report.counts.frusta, errors.max
                 );
             }
             text += "\n";

@@ -1,11 +1,10 @@
 //! Renders one picture on GPU and CPU.
 
+use crate::results::timed;
 use crate::scenes::multi_scale::{self, Opacity};
 use icoray::{Error, ErrorKind, Field, Frame, FrameReport, Grid, Layers, Renderer, Result, Scene};
 use icoray_gpu::Peaks;
 use icoray_reference::comparison::Comparison;
-use std::time::Instant;
-
 /// The pictures of one size, light and tolerance, one for each transfer function.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Setting {
@@ -73,18 +72,18 @@ impl Row {
 impl Benchmark<'_> {
     pub fn row(&self, setting: &Setting, transfer: &'static str, opacity: Opacity) -> Result<Row> {
         let scene = setting.scene(opacity)?;
-        let (frame, end_s) = self.best(&scene)?;
-        let (truth, cpu_s) = self.draw(&self.cpu, &scene, 0)?;
+        let (end_s, frame) = self.best(&scene)?;
+        let (cpu_s, truth) = self.draw(&self.cpu, &scene, 0)?;
         let cost = Cost::of(&frame.report, frame.pixels.len() as u64, setting.is_lit);
         let difference = Comparison::new(&frame.pixels, &truth.pixels);
         Ok(Row { setting: *setting, transfer, report: frame.report, end_s, cpu_s, cost, difference })
     }
 
     /// The GPU's fastest frame with its seconds from end to end.
-    fn best(&self, scene: &Scene) -> Result<(Frame, f64)> {
+    fn best(&self, scene: &Scene) -> Result<(f64, Frame)> {
         let draw = |frame: usize| {
             let drawn = self.draw(&self.gpu, scene, frame)?;
-            let Some(reason) = &drawn.0.report.device.left_to_cpu else { return Ok(drawn) };
+            let Some(reason) = &drawn.1.report.device.left_to_cpu else { return Ok(drawn) };
             let context = format!("{} x {} pixels are left to the CPU: {reason}", scene.width, scene.height);
             Err(Error::new(ErrorKind::Unsupported, context))
         };
@@ -93,17 +92,15 @@ impl Benchmark<'_> {
         let mut best = draw(1)?;
         for i in 1..self.frames {
             let next = draw(i + 1)?;
-            if device_s(&next.0.report) < device_s(&best.0.report) {
+            if device_s(&next.1.report) < device_s(&best.1.report) {
                 best = next;
             }
         }
         Ok(best)
     }
 
-    fn draw(&self, renderer: &Renderer, scene: &Scene, frame: usize) -> Result<(Frame, f64)> {
-        let start = Instant::now();
-        let frame = renderer.render(scene, self.grid, self.layers, &self.fields[frame % 2])?;
-        Ok((frame, start.elapsed().as_secs_f64()))
+    fn draw(&self, renderer: &Renderer, scene: &Scene, frame: usize) -> Result<(f64, Frame)> {
+        timed(renderer, scene, self.grid, self.layers, &self.fields[frame % 2])
     }
 }
 

@@ -5,12 +5,9 @@ use crate::results::{threads, three_digits};
 use icoray_gpu::Peaks;
 use std::fmt::Write as _;
 
-pub(super) const COLUMNS: &str = "transfer,width,height,light,tolerance,device_ms,device_clock,prepare_ms,upload_ms,\
-    bytes_uploaded,end_to_end_ms,cpu_ms,columns,frusta,frusta_per_s,bytes_read,memory_percent,flops,\
-    f32_percent,upload_bytes_per_s,upload_percent,rmse_to_cpu,max_to_cpu";
-
-pub(super) const PRINTED: &str = "transfer,width,height,light,tolerance,device_ms,upload_ms,end_to_end_ms,cpu_ms,\
-    frusta_per_s,memory_percent,f32_percent,upload_percent,rmse_to_cpu,max_to_cpu";
+pub(super) const COLUMNS: &str = "transfer,width,height,light,tolerance,device_ms,-device_clock,-prepare_ms,upload_ms,\
+    -bytes_uploaded,end_to_end_ms,cpu_ms,-columns,-frusta,frusta_per_s,-bytes_read,memory_percent,-flops,f32_percent,\
+    -upload_bytes_per_s,upload_percent,rmse_to_cpu,max_to_cpu";
 
 fn percent(rate: f64, max: f64) -> f64 {
     100.0 * rate / max

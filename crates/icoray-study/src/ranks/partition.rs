@@ -1,8 +1,8 @@
 //! Domain decomposition as in a model: own cells, a halo one cell wide, local numbers.
 
-use crate::renumber::{morton, rows};
 use icoray::{IcosahedralMesh, Owned, PartCells};
 use icoray_reference::culled::{Culled, Mark, Style};
+use icoray_reference::shading::direction;
 use icoray_reference::sphere::Sphere;
 use icoray_test_support::Random;
 use rayon::prelude::*;
@@ -18,6 +18,13 @@ pub enum Sharing {
     Rows,
     /// By data: each cell anywhere.
     Random,
+}
+
+/// Morton code of a direction in the cube around the sphere, with 16 bits per axis.
+pub(crate) fn morton(lon_rad: f64, lat_rad: f64) -> u64 {
+    let at = direction(lon_rad, lat_rad).to_array().map(|x| ((x + 1.0) * 32767.5) as u64);
+    let bits = (0..48).map(|bit| (at[bit % 3] >> (bit / 3) & 1) << bit);
+    bits.sum()
 }
 
 /// The rank of each cell; ranks have equal numbers of cells, or one more.
@@ -60,11 +67,12 @@ impl MeshPart {
                 row.iter().for_each(|&cell| is_here[cell as usize] = true);
             }
         }
+        let columns = sphere.values.chunks_exact(sphere.layers.count()).zip(&is_here).filter(|(_, is_here)| **is_here);
         let tables = Culled::new(&sphere.mesh, &is_here, Style::Triangles, Mark::MinusOne, 0);
         MeshPart {
             global: tables.cells.iter().map(|cell| *cell as i32).collect(),
             owned: tables.cells.iter().map(|cell| i32::from(owners[*cell] == rank)).collect(),
-            values: rows(&sphere.values, sphere.layers.count(), &tables.cells).collect(),
+            values: columns.flat_map(|(column, _)| column).copied().collect(),
             tables,
         }
     }

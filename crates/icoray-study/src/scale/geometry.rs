@@ -1,7 +1,7 @@
 //! The work of nodes and the fragments of rays, from the geometry of a partition: for grids that no machine at hand
 //! holds. Rays are sampled, and each is followed in steps of a fraction of a cell.
 
-use crate::renumber::morton;
+use crate::ranks::morton;
 use glam::DVec3;
 use icoray::Scene;
 use rayon::prelude::*;

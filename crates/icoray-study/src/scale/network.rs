@@ -60,16 +60,12 @@ pub(super) fn read(clock: &Clock) -> Time {
 
 /// Messages that take the time of a network. The time of its arrival is behind each message.
 pub(super) struct TimedMessages {
-    messages: LocalMessages,
-    network: Network,
-    clock: Clock,
+    pub messages: LocalMessages,
+    pub network: Network,
+    pub clock: Clock,
 }
 
 impl TimedMessages {
-    pub fn new(messages: LocalMessages, network: Network, clock: Clock) -> Self {
-        TimedMessages { messages, network, clock }
-    }
-
     /// Advances the clock to the end of receiving a message.
     fn arrived(&self, (from, mut bytes): (usize, Vec<u8>)) -> (usize, Vec<u8>) {
         let arrival = bytes.split_off(bytes.len() - size_of::<f64>());
@@ -117,9 +113,9 @@ mod tests {
     fn a_message_takes_the_time_of_the_network() {
         let network = Network { latency_us: 100.0, overhead_us: 10.0, gb_per_s: 1.0, node_ranks: 1 };
         let clocks: Vec<Clock> = (0..2).map(|_| Clock::default()).collect();
-        let mut ranks = clocks.iter();
         let team = local_nodes_over(&[0, 1], |messages| {
-            TimedMessages::new(messages, network, Arc::clone(ranks.next().unwrap()))
+            let clock = Arc::clone(&clocks[messages.rank()]);
+            TimedMessages { messages, network, clock }
         });
         on_threads(team, |mut team| assert_eq!(team.broadcast(vec![7; 1_000_000]).unwrap().len(), 1_000_000));
         // 1,000,000 bytes, and the 9 of the message's end.

@@ -2,7 +2,7 @@
 
 use super::options::{Case, Light, Options, Setting, Size};
 use crate::peak::PeakMemory;
-use crate::results::io_error;
+use crate::results::{io_error, timed};
 use icoray::{
     Counts, Field, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Location, Plan, Renderer, Result, Savings, Scene,
 };
@@ -132,44 +132,19 @@ impl<'o> Benchmark<'o> {
         Ok(drawn.into_iter().map(|drawn| self.row(setting, grid, crossed, drawn)).collect())
     }
 
-    /// Renders frames; calls `before` before and `after` with its seconds after each; returns the number of frusta of the
-    /// last one.
-    pub fn frusta(
-        &self,
-        setting: &Setting,
-        mut before: impl FnMut() -> Result<()>,
-        mut after: impl FnMut(f64) -> Result<()>,
-    ) -> Result<u64> {
-        let (scene, grid) = (setting.scene(self.options)?, self.sphere.grid()?);
-        let mut frusta = 0;
-        for _ in 0..self.options.frames {
-            before()?;
-            let (seconds, frame) = self.draw(&self.of(setting)[0], &scene, &grid)?;
-            after(seconds)?;
-            frusta = frame.report.counts.frusta;
-        }
-        Ok(frusta)
-    }
-
     /// The renderers, one for each number of threads.
-    fn of(&self, setting: &Setting) -> &[Renderer] {
+    pub fn of(&self, setting: &Setting) -> &[Renderer] {
         if setting.case.integrates { &self.renderers } else { &self.walkers }
     }
 
-    fn draw(&self, renderer: &Renderer, scene: &Scene, grid: &Grid) -> Result<(f64, Frame)> {
+    pub fn draw(&self, renderer: &Renderer, scene: &Scene, grid: &Grid) -> Result<(f64, Frame)> {
         // A new field, so that nothing derived from it is cached.
         let field = self.sphere.field()?;
-        let start = Instant::now();
         let mut fields = Fields::from(&field);
         if self.options.is_native() {
-            fields = fields.with_heights(self.heights()?);
+            fields = fields.with_heights(Field::level_fastest(&self.heights, self.size.layers, Location::Center)?);
         }
-        let frame = renderer.render(scene, grid, &self.sphere.layers, fields)?;
-        Ok((start.elapsed().as_secs_f64(), frame))
-    }
-
-    fn heights(&self) -> Result<Field<'_>> {
-        Field::level_fastest(&self.heights, self.size.layers, Location::Center)
+        timed(renderer, scene, grid, &self.sphere.layers, fields)
     }
 
     /// Number of frusta that the rays read without empty-space skipping.

@@ -220,12 +220,9 @@ impl Measured<'_> {
     }
 }
 
-pub(super) const COLUMNS: &str = "level,layers,cells,pixels,threads,transfer,light,tolerance,method,precision,frames,\
-    frame_least_s,frame_median_s,prepare_s,render_s,rays,columns,frusta_crossed,frusta_read,scalar_pieces,\
-    frusta_crossed_per_s,frusta_read_per_s,bytes_read,bandwidth_percent,field_bytes,derived_bytes";
-
-pub(super) const PRINTED: &str = "transfer,light,tolerance,threads,frame_least_s,frame_median_s,prepare_s,render_s,\
-    frusta_crossed_per_s,frusta_read_per_s,bytes_read,bandwidth_percent";
+pub(super) const COLUMNS: &str = "-level,-layers,-cells,-pixels,threads,transfer,light,tolerance,-method,-precision,\
+    -frames,frame_least_s,frame_median_s,prepare_s,render_s,-rays,-columns,-frusta_crossed,-frusta_read,\
+    -scalar_pieces,frusta_crossed_per_s,frusta_read_per_s,bytes_read,bandwidth_percent,-field_bytes,-derived_bytes";
 
 pub(super) fn bandwidth_line(all: &[Bandwidth]) -> String {
     let of = |b: &Bandwidth| format!("{:.1} GB/s on {}", 1e-9 * b.bytes_per_s, cores(&[b.threads]));

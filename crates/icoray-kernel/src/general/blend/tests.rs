@@ -1,6 +1,6 @@
 use super::*;
 use crate::lit::{ADVANCE, HALVINGS_ALONG, HALVINGS_AT_START};
-use crate::shade::Shading;
+use crate::shade::{Shade, Shading};
 use crate::transfer::KernelKnot;
 use glam::DVec3;
 use icoray_test_support::{Random, count};
@@ -17,21 +17,26 @@ fn segment(f0: f64, f1: f64, kappa: f64, eps: f64, length: f64) -> Segment<f64> 
     Segment { f0, f1, kappa, eps, length }
 }
 
-/// The light of parts by a million midpoints, each as exact as its middle.
-fn by_brute_force(parts: &[MediumPiece], length: f64) -> ([f64; 3], f64) {
-    const STEPS: usize = 1_000_000;
+/// The light of parts by midpoints, each as exact as its middle, and the absorbed part; `shade` is that of a part at a
+/// place.
+fn by_midpoints(
+    parts: &[MediumPiece],
+    shade: impl Fn(&MediumPiece, f64) -> Shade<f64>,
+    length: f64,
+    steps: usize,
+) -> ([f64; 3], f64) {
     let (mut color, mut depth) = ([0.0; 3], 0.0f64);
-    for i in 0..STEPS {
-        let u = (i as f64 + 0.5) / STEPS as f64;
+    for i in 0..steps {
+        let u = (i as f64 + 0.5) / steps as f64;
         let rate: f64 = parts.iter().map(|part| part.extinction(u)).sum();
-        let step = rate * length / STEPS as f64;
+        let step = rate * length / steps as f64;
         if rate == 0.0 {
             continue;
         }
         let absorbed = (-depth).exp() * -(-step).exp_m1();
         for part in parts {
-            let (share, c) = (part.extinction(u) / rate, part.at(u).color);
-            color = [0, 1, 2].map(|k| color[k] + absorbed * share * c[k]);
+            let (share, c, shade) = (part.extinction(u) / rate, part.at(u).color, shade(part, u));
+            color = [0, 1, 2].map(|k| color[k] + absorbed * share * (c[k] * shade.body + shade.highlight));
         }
         depth += step;
     }
@@ -73,7 +78,7 @@ fn mixed_media_are_those_of_a_million_steps() {
             let (f, g) = (segment(0.1, 0.9, kappa, eps, length), segment(19.0, 11.0, -3.0 * kappa, eps, length));
             let parts =
                 [MediumPiece::new(&red, [f, f], 0.5, 0).unwrap(), MediumPiece::new(&blue, [g, g], 0.5, 1).unwrap()];
-            let (color, absorbed) = by_brute_force(&parts, length);
+            let (color, absorbed) = by_midpoints(&parts, |_, _| Shade { body: 1.0, highlight: 0.0 }, length, 1_000_000);
             for share in [1e-2, 1e-4, 1e-7] {
                 let light = blended(&parts, share);
                 // A million steps are no better than that where light ends within few of them.
@@ -296,30 +301,6 @@ fn random_gradient(random: &mut Random, eps: f64) -> [Segment<f64>; 3] {
     })
 }
 
-/// The light of lit parts by midpoints.
-fn lit_by_brute_force(
-    parts: &[MediumPiece],
-    gradient: impl Fn(usize, f64) -> [f64; 3],
-    shading: &RayShading<f64>,
-    length: f64,
-) -> [f64; 3] {
-    const STEPS: usize = 4000;
-    let (mut color, mut depth) = ([0.0; 3], 0.0f64);
-    for i in 0..STEPS {
-        let u = (i as f64 + 0.5) / STEPS as f64;
-        let rate: f64 = parts.iter().map(|part| part.extinction(u)).sum();
-        let step = rate * length / STEPS as f64;
-        let absorbed = (-depth).exp() * -(-step).exp_m1();
-        for part in parts {
-            let (share, c) = (part.extinction(u) / rate, part.at(u).color);
-            let shade = shading.shade(gradient(part.slot, u));
-            color = [0, 1, 2].map(|k| color[k] + absorbed * share * (c[k] * shade.body + shade.highlight));
-        }
-        depth += step;
-    }
-    color
-}
-
 #[test]
 fn light_on_normals_that_turn_is_that_of_fine_steps() {
     let red = medium(0, &[knot(0.0, [1.0, 0.1, 0.0], 0.3), knot(1.0, [0.4, 0.0, 0.2], 3.0)]);
@@ -338,7 +319,8 @@ fn light_on_normals_that_turn_is_that_of_fine_steps() {
         let (f, g) = (segment(0.1, 0.9, 0.2, eps, length), segment(19.0, 11.0, -0.5, eps, length));
         let both = [MediumPiece::new(&red, [f, f], 0.5, 0).unwrap(), MediumPiece::new(&blue, [g, g], 0.5, 1).unwrap()];
         let parts = &both[..1 + case % 2];
-        let exact = lit_by_brute_force(parts, gradient, &shading, length);
+        let shade = |part: &MediumPiece, u: f64| shading.shade(gradient(part.slot, u));
+        let (exact, _) = by_midpoints(parts, shade, length, 4000);
         for share in [5e-3, 5e-4, 5e-5] {
             let light = lit(parts, gradient, Some(&shading), share);
             let off = off(&light, &exact);
@@ -369,7 +351,8 @@ fn dense_media_that_begin_clear_show_the_shade_of_their_front() {
         let to = (12.0 / length.sqrt()).min(1.0);
         let front = segment(0.0, to, 0.0, 0.0, to * length);
         let front = [MediumPiece::new(&clear, [front, front], 0.5, 0).unwrap()];
-        let exact = lit_by_brute_force(&front, |slot, u| gradient(slot, to * u), &shading, to * length);
+        let shade = |part: &MediumPiece, u: f64| shading.shade(gradient(part.slot, to * u));
+        let (exact, _) = by_midpoints(&front, shade, to * length, 4000);
         for share in [1e3, 5e-3] {
             let light = lit(&parts, gradient, Some(&shading), share);
             let off = off(&light, &exact);

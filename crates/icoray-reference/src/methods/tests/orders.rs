@@ -2,6 +2,7 @@
 //! error falls when a step is halved or the mesh bisected. An error in a formula or in its code shows as a lost order.
 
 use super::*;
+use icoray::{Camera, Precision};
 
 /// Transfer functions over the field's range, with the order in the step of methods of second order.
 const TRANSFERS: [(&str, f64, &str); 3] = [
@@ -34,12 +35,9 @@ fn smooth_field(p: DVec3) -> f64 {
 }
 
 fn scene(knots: &str) -> Scene {
-    Scene::parse(&format!(
-        "field = \"smooth\"\nprecision = \"f64\"\nantialias = false\nbackground = \"transparent\"\n\
-         core = \"transparent\"\n[image]\nwidth = 24\nheight = 24\n[camera]\nlon = 25\nlat = 20\ndistance = 3.6\n\
-         fov = 42\n[transfer]\nunit_length = 0.15\nknots = [ {knots} ]"
-    ))
-    .unwrap()
+    let camera = Camera::above(25.0, 20.0, 3.6, 42.0).unwrap();
+    let scene = crate::tests::scene(24, &format!("unit_length = 0.15\nknots = [ {knots} ]"));
+    Scene { precision: Precision::F64, camera, ..scene }
 }
 
 /// Least, greatest and last order from each error to that of half the size.
