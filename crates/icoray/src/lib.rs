@@ -83,6 +83,19 @@ mod scattered;
 pub mod suggest;
 mod time_budget;
 
+// The tests of the public interface share these with the tests of modules.
+#[cfg(test)]
+#[path = "../tests/suite/common.rs"]
+mod common;
+#[cfg(test)]
+#[path = "../tests/suite/culled/mod.rs"]
+mod culled;
+#[cfg(test)]
+extern crate self as icoray;
+#[cfg(test)]
+#[path = "../tests/suite/spread/mod.rs"]
+mod spread;
+
 pub use background::{Accepted, Background, Drawn, FrameInputs, FrameSetup};
 pub use fields::Fields;
 pub use icoray_grid::{

@@ -1,9 +1,10 @@
 //! Frames drawn from copies: equal pictures, and failures.
 
 use super::*;
+use crate::common::icosahedral;
 use crate::fields::Fields;
 use crate::ranks::Decomposition;
-use icoray_grid::{Field, Grid, IcosahedralMesh, Layers, Location, Shape};
+use icoray_grid::{Field, Grid, Layers, Location, Shape};
 use icoray_output::Frame;
 use icoray_output::writer::WriterOptions;
 use icoray_scene::{Derivation, Heights, How, Scene, Volume};
@@ -33,13 +34,13 @@ struct Fixture {
 
 impl Fixture {
     fn new() -> Self {
-        let mesh: &'static IcosahedralMesh = Box::leak(Box::new(IcosahedralMesh::new(3).unwrap()));
+        let (_, grid) = icosahedral(3);
         let folder = tempfile::tempdir().unwrap();
         Fixture {
             renderer: Arc::new(Renderer::new(2).unwrap()),
             writer: Arc::new(Writer::new(WriterOptions::new(folder.path())).unwrap()),
             scene: Arc::new(Scene::parse(SCENE).unwrap()),
-            grid: Arc::new(Grid::new(mesh.tables()).unwrap()),
+            grid: Arc::new(grid),
             layers: Arc::new(Layers::from_heights(&[0.0, 30e3, 90e3], 6.371e6).unwrap()),
             folder,
         }

@@ -213,4 +213,4 @@ impl fmt::Debug for Ranks {
 }
 
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;

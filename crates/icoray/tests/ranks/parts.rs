@@ -2,38 +2,35 @@
 
 use icoray::{
     ErrorKind, Frame, FrameReport, Grid, Ground, IcosahedralMesh, Layers, Level, Lines, Location, Pattern, Rendered,
-    Renderer, Scene,
+    Renderer, Scene, Shape,
 };
 use icoray_test_support::{count, is_long};
 
 use crate::common::{
-    FAR, LIT, NEAR, assert_same_refusal, at_centers, columns_of, difference, level_fastest, on_ranks, picture,
-    pixel_difference, refusal, render_decomposed, waves,
+    Array, FAR, HAZE, LIT, NEAR, assert_same_refusal, at_centers, columns_of, difference, level_fastest, on_ranks,
+    pixel_difference, refusal, waves,
 };
 use crate::culled::{Culled, Mark, Style, holes};
-use crate::spread::{Spread, partitions, without_holes};
+use crate::spread::{Rows, Spread, partitions, without_holes};
 
 const LAYERS: usize = 4;
 const HEIGHT_M: [f64; LAYERS] = [0.0, 5e3, 12e3, 20e3];
 
-impl Spread {
-    /// Draws the scene; `change` may change a rank's values.
-    fn draw(
-        &self,
-        mesh: &IcosahedralMesh,
-        scene: &Scene,
-        location: Location,
-        change: impl Fn(usize, &mut [f64]) + Sync,
-    ) -> (Frame, Vec<FrameReport>) {
-        let all = values(mesh, location);
-        picture(self.each(|ranks, culled, grid, decomposition| {
-            let rows = if location == Location::Center { &culled.cells } else { &culled.corners };
-            let mut values = columns_of(&all, rows, LAYERS);
-            change(ranks.rank(), &mut values);
-            let field = level_fastest(&values, LAYERS, location);
-            render_decomposed(ranks, scene, (grid, &decomposition.unwrap()), &layers(), &field).unwrap()
-        }))
-    }
+/// What ranks of a node each draw of their rows.
+fn draw(spread: &Spread, mesh: &IcosahedralMesh, scene: &Scene, location: Location) -> (Frame, Vec<FrameReport>) {
+    let values = values(mesh, location);
+    let nodes: Vec<usize> = (0..spread.parts.len()).collect();
+    spread.draw(&nodes, scene, &layers(), |rank| {
+        let Rows { rows, global, .. } =
+            if location == Location::Center { &spread.cells[rank] } else { &spread.corners[rank] };
+        // Columns without a number are no cells.
+        let value = |column: usize, layer: usize| match global[column] {
+            0 => f64::NAN,
+            _ => values[rows[column] * LAYERS + layer],
+        };
+        let shape = Shape::level_fastest(rows.len(), LAYERS);
+        vec![vec![("f", Array::new(shape, true, location, None, value))]]
+    })
 }
 
 fn layers() -> Layers {
@@ -53,15 +50,12 @@ fn whole(mesh: &IcosahedralMesh, scene: &Scene, location: Location) -> Frame {
 
 /// A scene in which `rest` has further keys and, behind a bar, further tables.
 fn scene(camera: &str, precision: &str, rest: &str) -> Scene {
-    let (rest, light) = rest.split_once('|').unwrap_or((rest, ""));
+    let keys = format!(
+        "antialias = false\nexaggeration = 60\nprecision = \"{precision}\"\nimage = {{ width = 64, height = 56 }}\n{rest}"
+    );
+    let scene = crate::common::scene(camera, HAZE, &keys);
     // Ends of rays and rules of integration depend on what lies in front, within the tolerance.
     let tolerance = if precision == "f64" { 1e-9 } else { 1e-6 };
-    let scene = Scene::parse(&format!(
-        "field = \"f\"\nantialias = false\nexaggeration = 60\nprecision = \"{precision}\"\n{rest}\n[image]\nwidth = 64\nheight = 56\n\
-         [camera]\n{camera}\n[transfer]\nmap = \"viridis\"\nrange = [-1.5, 2.5]\n\
-         opacity = [[-1.5, 0.5], [0, 0.05], [0.4, 0.8], [2.5, 0.3]]\n{light}\n"
-    ));
-    let scene = scene.unwrap();
     if rest.contains("tolerance") { scene } else { Scene { tolerance, ..scene } }
 }
 
@@ -98,7 +92,7 @@ fn parts_make_the_picture_of_the_whole() {
                         continue;
                     }
                     let spread = Spread::new(&mesh, ranks, owner);
-                    let (frame, reports) = spread.draw(&mesh, &scene, location, |_, _| ());
+                    let (frame, reports) = draw(&spread, &mesh, &scene, location);
                     let off = difference(&frame, &expected);
                     assert!(off <= limit, "{ranks} ranks, {name}, scene {i}, {precision}: {off:e}");
                     worst[j] = worst[j].max(off);
@@ -124,20 +118,16 @@ fn columns_that_are_no_cells_are_not_read() {
     let mut spread = Spread::new(&mesh, 3, &owner);
     // Tables of these parts mark what is missing by 0, those of the others by the number behind the last.
     for rank in [0, 2] {
-        let Spread { parts, owned, global } = &mut spread;
-        for cell in (0..owned[rank].len()).filter(|cell| owned[rank][*cell] == 0).collect::<Vec<_>>() {
-            let part = &mut parts[rank];
+        let (part, cells) = (&mut spread.parts[rank], &mut spread.cells[rank]);
+        for cell in (0..cells.rows.len()).filter(|cell| cells.owned[*cell] == 0).collect::<Vec<_>>() {
             (0..2).for_each(|axis| part.lon_lat[axis].push(part.lon_lat[axis][cell]));
             part.cell_corner.extend([0; 6]);
-            part.cells.push(part.cells[cell]);
-            owned[rank].push(0);
-            global[rank].push(0);
+            cells.rows.push(cells.rows[cell]);
+            cells.owned.push(0);
+            cells.global.push(0);
         }
     }
-    let (frame, _) = spread.draw(&mesh, &scene, Location::Center, |rank, values| {
-        let columns = spread.global[rank].iter().zip(values.chunks_mut(LAYERS));
-        columns.filter(|(number, _)| **number == 0).for_each(|(_, column)| column.fill(f64::NAN));
-    });
+    let (frame, _) = draw(&spread, &mesh, &scene, Location::Center);
     let expected = whole(&mesh, &scene, Location::Center);
     assert!(difference(&frame, &expected) <= LIMITS[0].1);
     assert_eq!((frame.report.value_range, frame.report.missing_values), (expected.report.value_range, 0));
@@ -170,7 +160,7 @@ fn holes_of_the_whole_are_holes_of_its_parts() {
             let ranks = 2 + (i + k) % 3;
             let (partition, owner) = partitions(&mesh, ranks).swap_remove((i + k) % 3);
             let spread = Spread::new(&mesh, ranks, &without_holes(owner, stays));
-            let (frame, _) = spread.draw(&mesh, scene, Location::Center, |_, _| ());
+            let (frame, _) = draw(&spread, &mesh, scene, Location::Center);
             let off = difference(&frame, &whole);
             assert!(off <= 1e-6, "{name}, {partition} on {ranks} ranks, scene {k}: {off:e}");
             worst = worst.max(off);
@@ -190,7 +180,7 @@ fn parts_are_within_their_errors_of_the_exact_picture() {
         for tolerance in [1e-2, 1e-3] {
             let scene = scene(NEAR, precision, &format!("{rest}\ntolerance = {tolerance}"));
             for (name, owner) in partitions(&mesh, 4) {
-                let (frame, _) = Spread::new(&mesh, 4, &owner).draw(&mesh, &scene, Location::Center, |_, _| ());
+                let (frame, _) = draw(&Spread::new(&mesh, 4, &owner), &mesh, &scene, Location::Center);
                 let most = frame.report.error.max;
                 assert!(most > 0.0 && most <= 1.1 * tolerance + 1e-5, "{name}: {most:e}");
                 for i in 0..frame.pixels.len() {
@@ -209,7 +199,7 @@ fn ranks_without_cells_have_parts_too() {
     let scene = scene(FAR, "f64", &format!("|{LIT}"));
     let expected = whole(&mesh, &scene, Location::Center);
     let owner: Vec<usize> = (0..mesh.cells()).map(|cell| if cell < 300 { 1 } else { 3 }).collect();
-    let (frame, reports) = Spread::new(&mesh, 5, &owner).draw(&mesh, &scene, Location::Center, |_, _| ());
+    let (frame, reports) = draw(&Spread::new(&mesh, 5, &owner), &mesh, &scene, Location::Center);
     assert!(difference(&frame, &expected) <= 1e-6);
     assert_eq!(reports.len(), 5);
 }
@@ -236,11 +226,12 @@ fn scenes_may_request_fragments_but_no_impossible_scheme() {
         assert!(difference(frame, &expected) <= 1e-6);
     }
     let (_, owner) = partitions(&mesh, 2).swap_remove(0);
-    let refused = Spread::new(&mesh, 2, &owner).each(|ranks, culled, grid, decomposition| {
-        let all = vec![0.0; culled.cells.len() * LAYERS];
-        let field = at_centers(&all, LAYERS);
-        refusal(render_decomposed(ranks, &asked("tiles"), (grid, &decomposition.unwrap()), &layers(), &field))
+    let spread = Spread::new(&mesh, 2, &owner);
+    let refused = spread.render(&[0, 1], &asked("tiles"), &layers(), |rank| {
+        let shape = Shape::level_fastest(spread.cells[rank].rows.len(), LAYERS);
+        vec![vec![("f", Array::new(shape, true, Location::Center, None, |_, _| 0.0))]]
     });
+    let refused: Vec<_> = refused.into_iter().map(refusal).collect();
     let start = "rank 0: key ranks: \"tiles\", but each node has a part";
     assert_same_refusal(&refused, ErrorKind::Scene, start);
 }
@@ -253,21 +244,23 @@ fn parts_that_do_not_fit_are_refused_on_all_ranks() {
     type Damage = fn(&mut Spread, &IcosahedralMesh);
     // Two owners or none; a number twice or too low; too few numbers and too many marks; a halo that was cut off.
     let cases: [(Damage, &[&str]); 8] = [
-        (|s, _| s.owned[1].fill(1), &["is owned by ranks", "expected one owner"]),
-        (|s, _| s.owned[2].fill(0), &["is in the halo of rank", "but owned by no rank"]),
-        (|s, _| s.global[1][5] = s.global[1][9], &["rank 1: cell_global rows 6 and 10: both "]),
-        (|s, _| s.global[2][7] = -1, &["rank 2: cell_global row 8: -1, expected 1 or more"]),
-        (|s, _| s.global[2][7] = 0, &["rank 2: cell_global row 8: 0, expected a number, as a triangle has this cell"]),
-        (|s, _| s.global[0].truncate(9), &["rank 0: cell_global: ", "one per cell"]),
-        (|s, _| s.owned[0].push(1), &["rank 0: is_owned: ", "one per cell"]),
+        (|s, _| s.cells[1].owned.fill(1), &["is owned by ranks", "expected one owner"]),
+        (|s, _| s.cells[2].owned.fill(0), &["is in the halo of rank", "but owned by no rank"]),
+        (|s, _| s.cells[1].global[5] = s.cells[1].global[9], &["rank 1: cell_global rows 6 and 10: both "]),
+        (|s, _| s.cells[2].global[7] = -1, &["rank 2: cell_global row 8: -1, expected 1 or more"]),
+        (
+            |s, _| s.cells[2].global[7] = 0,
+            &["rank 2: cell_global row 8: 0, expected a number, as a triangle has this cell"],
+        ),
+        (|s, _| s.cells[0].global.truncate(9), &["rank 0: cell_global: ", "one per cell"]),
+        (|s, _| s.cells[0].owned.push(1), &["rank 0: is_owned: ", "one per cell"]),
         (
             |s, mesh| {
                 let mut own = vec![false; mesh.cells()];
-                let cells = s.parts[0].cells.iter().zip(&s.owned[0]).filter(|(_, is_own)| **is_own == 1);
-                cells.for_each(|(cell, _)| own[*cell] = true);
+                let Rows { rows, owned, .. } = &s.cells[0];
+                rows.iter().zip(owned).for_each(|(cell, is_own)| own[*cell] = *is_own == 1);
                 s.parts[0] = Culled::new(mesh, &own, Style::Corners, Mark::BeforeFirst, 1);
-                s.global[0] = s.parts[0].cells.iter().map(|cell| *cell as i64 + 1).collect();
-                s.owned[0] = vec![1; s.global[0].len()];
+                s.cells[0] = Rows::new(s.parts[0].cells.clone(), |cell| cell as i64 + 1, |_| true);
             },
             &["rank 0: own cell ", "a halo at least one cell wide"],
         ),
@@ -288,7 +281,7 @@ fn ranks_with_parts_keep_a_time_budget_together() {
     let mut scene = scene(NEAR, "f64", &format!("|{LIT}"));
     scene.time_budget_ms = Some(1e-3);
     let (_, owner) = partitions(&mesh, 3).swap_remove(1);
-    let (frame, reports) = Spread::new(&mesh, 3, &owner).draw(&mesh, &scene, Location::Center, |_, _| ());
+    let (frame, reports) = draw(&Spread::new(&mesh, 3, &owner), &mesh, &scene, Location::Center);
     let quality = frame.report.quality;
     assert!(quality.pixel_step == 32 && quality.tolerance >= 1e-2, "{quality}");
     assert!(reports.iter().all(|report| report.quality == quality));

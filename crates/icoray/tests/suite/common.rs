@@ -7,7 +7,7 @@ use glam::DVec3;
 use icoray::ranks::on_local_nodes;
 use icoray::{
     Decomposition, DistributedGrid, Error, ErrorKind, Field, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Layers,
-    Location, Ranks, Reals, Rendered, Renderer, Scene, Shape,
+    Location, OwnedReals, Ranks, Reals, Rendered, Renderer, Scene, Shape,
 };
 use std::fmt::Debug;
 
@@ -20,6 +20,10 @@ pub const SHELL: &str = "knots = [ { value = 0.1, color = \"red\", extinction = 
      { value = 0.5, color = \"blue\", extinction = 0 } ]";
 pub const DENSE: &str = "knots = [ { value = -0.8, color = \"blue\", extinction = 4 }, { value = -0.2, color = \"white\", extinction = 1 }, \
      { value = 0.3, color = \"yellow\", extinction = 1 }, { value = 0.8, color = \"red\", extinction = 9 } ]";
+
+/// A transfer function for values from -1.5 to 2.5, as those of [`waves`].
+pub const HAZE: &str =
+    "map = \"viridis\"\nrange = [-1.5, 2.5]\nopacity = [[-1.5, 0.5], [0, 0.05], [0.4, 0.8], [2.5, 0.3]]";
 
 /// A scene of the field f, in which `rest` has further keys and, behind a bar, further tables.
 pub fn scene(camera: &str, transfer: &str, rest: &str) -> Scene {
@@ -154,6 +158,48 @@ pub fn laid_out<S: Copy>(shape: &Shape, gap: S, value: impl Fn(usize, usize) -> 
         }
     }
     array
+}
+
+/// An array of a field, in f32 or f64.
+#[derive(Debug)]
+pub struct Array {
+    pub values: OwnedReals,
+    pub shape: Shape,
+    pub location: Location,
+    /// As it is in f64.
+    pub fill: Option<f64>,
+}
+
+impl Array {
+    /// The values of columns and layers, with a large number between columns, which must not be read.
+    pub fn new(
+        shape: Shape,
+        is_wide: bool,
+        location: Location,
+        fill: Option<f64>,
+        value: impl Fn(usize, usize) -> f64,
+    ) -> Self {
+        let values = match is_wide {
+            true => OwnedReals::F64(laid_out(&shape, 1e30, value)),
+            false => OwnedReals::F32(laid_out(&shape, 1e30, |column, layer| value(column, layer) as f32)),
+        };
+        Array { values, shape, location, fill }
+    }
+
+    pub fn field(&self) -> Field<'_> {
+        let is_wide = matches!(self.values, OwnedReals::F64(_));
+        let fill = self.fill.map(|fill| if is_wide { fill } else { f64::from(fill as f32) });
+        Field::new(self.values.as_reals(), self.shape, self.location, fill).unwrap()
+    }
+}
+
+/// Arrays by the names of their fields, and `heights`.
+pub type Arrays = Vec<(&'static str, Array)>;
+
+pub fn fields(arrays: &Arrays) -> Fields<'_> {
+    let all = || arrays.iter().map(|(name, array)| (*name, array.field()));
+    let fields = Fields::new(all().filter(|(name, _)| *name != "heights"));
+    all().filter(|(name, _)| *name == "heights").fold(fields, |fields, (_, heights)| fields.with_heights(heights))
 }
 
 /// The columns `rows` of `all`, level-fastest.
