@@ -181,7 +181,10 @@ pub(crate) fn make(
 pub(crate) fn bytes(scene: &Scene, field: &Field) -> u64 {
     let value_bytes = if matches!(field.samples(), Reals::F32(_)) { size_of::<f32>() } else { size_of::<f64>() };
     let Shape { columns, layers, .. } = *field.shape();
-    (resolve::count_arrays(scene) * columns * layers * value_bytes) as u64
+    // A first frame is stored too.
+    let arrays = |(derived, _): &(&Derivation, String)| if matches!(derived.how, How::FromFirst(_)) { 2 } else { 1 };
+    let arrays: usize = needed_derivations(scene).iter().map(arrays).sum();
+    (arrays * columns * layers * value_bytes) as u64
 }
 
 /// The inputs of a derivation, all at the same location.

@@ -182,9 +182,8 @@ impl<'c> Counted<'c> {
             a
         };
         let runs = (0..runs).into_par_iter().with_min_len(most);
-        let mine = || {
-            self.threads.run(|| runs.fold(|| (nothing(), Vec::new()), of_run).map(|(all, _)| all).reduce(nothing, both))
-        };
+        let sum = || runs.fold(|| (nothing(), Vec::new()), of_run).map(|(all, _)| all).reduce(nothing, both);
+        let mine = || Ok(self.threads.run(sum));
         reduce_parts(ranks, self.given.part, mine, both)
     }
 

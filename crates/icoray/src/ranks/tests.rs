@@ -209,7 +209,7 @@ fn tiles_are_on_their_way_while_others_are_drawn() {
             }
         });
         assert_eq!(gathered.unwrap().tiles.len(), if rank == 0 { raster.tiles() as usize } else { 0 });
-        ranks.conclude(Ok(FrameSummary::default())).unwrap();
+        ranks.hear_root(Ok(FrameSummary::default())).unwrap();
     });
 }
 
@@ -242,7 +242,7 @@ fn unreadable_messages_are_an_error_and_no_hang() {
                 ranks.team.as_mut().unwrap().send(odd.to_vec()).unwrap();
             }
             let summary = ranks.gather(&threads, &share(&raster, &[0, 2]), |_| ()).map(|_| FrameSummary::default());
-            ranks.conclude(summary).unwrap_err().to_string()
+            ranks.hear_root(summary).unwrap_err().to_string()
         });
         assert!(outcomes.iter().all(|e| *e == outcomes[0] && e.starts_with("MPI: rank 2: ")), "{outcomes:?}");
     }

@@ -3,6 +3,7 @@
 
 use super::levels::LevelCache;
 use crate::plan::FrameMemory;
+use crate::ranges::RangeAndMissing;
 use icoray_grid::gradient::PartialGradients;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::{CenterField, Field, Grid};
@@ -73,9 +74,6 @@ pub(super) struct NormalKey {
     pub layer: [usize; 2],
 }
 
-/// Least and greatest value, and the number of missing values.
-pub(super) type Range = (Option<[f64; 2]>, u64);
-
 /// Cached values of one kind with their keys, the oldest first.
 #[derive(Debug)]
 pub(super) struct CacheSlots<K, V> {
@@ -119,7 +117,7 @@ impl<K: PartialEq, V> CacheSlots<K, V> {
 /// The cached values that no frame is using. Of concurrent frames all but one find it empty.
 #[derive(Debug, Default)]
 pub(super) struct FrameCache {
-    ranges: CacheSlots<SourceKey, Range>,
+    ranges: CacheSlots<SourceKey, RangeAndMissing>,
     /// Fields at corners, averaged to the centres.
     pub averages: CacheSlots<SourceKey, CenterField>,
     /// Fields on other layers than their own.
@@ -159,7 +157,7 @@ impl FrameCache {
     }
 
     /// The range of the field; calls `find` if it is not cached.
-    pub fn range(&self, source: &SourceKey, find: impl FnOnce() -> Range) -> Range {
+    pub fn range(&self, source: &SourceKey, find: impl FnOnce() -> RangeAndMissing) -> RangeAndMissing {
         let range = self.ranges.take(source).unwrap_or_else(|_| find());
         self.ranges.store(source.clone(), range);
         range

@@ -1,7 +1,7 @@
 //! Statistics of a field's values over all ranks.
 
 use super::renderer::Renderer;
-use crate::ranges::{added, union};
+use crate::ranges::{added, both_ranges};
 use crate::ranks::{Decomposition, Ranks};
 use icoray_grid::{Field, Result};
 use icoray_scene::{Statistic, Summary};
@@ -54,8 +54,7 @@ impl Renderer {
         bins: usize,
     ) -> Result<Histogram> {
         let range = |is_own: Option<IsOwn>| field.range_over(is_own);
-        let join = |(a, missing), (b, others)| (union(a, b), missing + others);
-        let (range, missing) = self.reduce_columns(ranks, field, decomposition, (None, 0), range, join)?;
+        let (range, missing) = self.reduce_columns(ranks, field, decomposition, (None, 0), range, both_ranges)?;
         let none = vec![0; bins];
         let Some(ends) = range else { return Ok(Histogram { range, counts: none, missing }) };
         let counts = |is_own: Option<IsOwn>| field.histogram_over(ends, bins, is_own);

@@ -1,9 +1,6 @@
 //! Heights at corners, as ICON has them: the picture of the same heights averaged by hand to cells, alone and over ranks.
 
-use crate::common::{
-    Array, Arrays, FAR, HAZE, LIT, NEAR, assert_same_refusal, at_centers, bits, count_beyond, fields, icosahedral,
-    on_ranks, over_columns, picture, refusal, waves,
-};
+use crate::common::*;
 use crate::culled::{Culled, Mark, Style, directions, holes};
 use crate::spread::{Rows, Spread, partitions, without_holes};
 use icoray::{

@@ -6,8 +6,8 @@ use super::culled::directions;
 use glam::DVec3;
 use icoray::ranks::on_local_nodes;
 use icoray::{
-    Decomposition, DistributedGrid, Error, ErrorKind, Field, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Layers,
-    Location, OwnedReals, Ranks, Reals, Rendered, Renderer, Scene, Shape,
+    Decomposition, DistributedGrid, Error, ErrorKind, Field, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Knot,
+    Layers, Location, OwnedReals, Ranks, Reals, Rendered, Renderer, Scene, Shape, TransferFunction,
 };
 use std::fmt::Debug;
 
@@ -85,10 +85,8 @@ impl Model {
         let layers = |values: usize| values / self.grid.cells();
         let fields = self.values.iter().map(|values| at_centers(values, layers(values.len())));
         let fields = Fields::new(["f", "g"].into_iter().zip(fields));
-        match self.heights.len() {
-            0 => fields,
-            heights => fields.with_heights(at_centers(&self.heights, layers(heights))),
-        }
+        let heights = (!self.heights.is_empty()).then(|| at_centers(&self.heights, layers(self.heights.len())));
+        fields.with_heights(heights)
     }
 
     pub fn draw(&self, scene: &Scene) -> Frame {
@@ -166,8 +164,8 @@ pub struct Array {
     pub values: OwnedReals,
     pub shape: Shape,
     pub location: Location,
-    /// As it is in f64.
-    pub fill: Option<f64>,
+    /// The mark of what is missing, as it is in f64.
+    pub missing: Option<f64>,
 }
 
 impl Array {
@@ -176,19 +174,26 @@ impl Array {
         shape: Shape,
         is_wide: bool,
         location: Location,
-        fill: Option<f64>,
+        missing: Option<f64>,
         value: impl Fn(usize, usize) -> f64,
     ) -> Self {
         let values = match is_wide {
             true => OwnedReals::F64(laid_out(&shape, 1e30, value)),
             false => OwnedReals::F32(laid_out(&shape, 1e30, |column, layer| value(column, layer) as f32)),
         };
-        Array { values, shape, location, fill }
+        Array { values, shape, location, missing }
+    }
+
+    pub fn fill(&mut self, value: f64) {
+        match &mut self.values {
+            OwnedReals::F64(values) => values.fill(value),
+            OwnedReals::F32(values) => values.fill(value as f32),
+        }
     }
 
     pub fn field(&self) -> Field<'_> {
         let is_wide = matches!(self.values, OwnedReals::F64(_));
-        let fill = self.fill.map(|fill| if is_wide { fill } else { f64::from(fill as f32) });
+        let fill = self.missing.map(|fill| if is_wide { fill } else { f64::from(fill as f32) });
         Field::new(self.values.as_reals(), self.shape, self.location, fill).unwrap()
     }
 }
@@ -197,9 +202,9 @@ impl Array {
 pub type Arrays = Vec<(&'static str, Array)>;
 
 pub fn fields(arrays: &Arrays) -> Fields<'_> {
-    let all = || arrays.iter().map(|(name, array)| (*name, array.field()));
-    let fields = Fields::new(all().filter(|(name, _)| *name != "heights"));
-    all().filter(|(name, _)| *name == "heights").fold(fields, |fields, (_, heights)| fields.with_heights(heights))
+    let all = arrays.iter().map(|(name, array)| (*name, array.field()));
+    let (heights, named): (Vec<_>, Vec<_>) = all.partition(|(name, _)| *name == "heights");
+    Fields::new(named).with_heights(heights.first().map(|(_, heights)| *heights))
 }
 
 /// The columns `rows` of `all`, level-fastest.
@@ -283,6 +288,14 @@ pub fn pictures<const N: usize>(rendered: Vec<[Rendered; N]>) -> [(Frame, Vec<Fr
 pub fn bits(frame: &Frame) -> Vec<[u32; 5]> {
     let pixels = frame.pixels.iter().zip(&frame.error);
     pixels.map(|([r, g, b, a], e)| [r, g, b, a, e].map(|value| value.to_bits())).collect()
+}
+
+pub fn knot(value: f64, color: [f64; 3], extinction: f64) -> Knot {
+    Knot { value, color, extinction }
+}
+
+pub fn transfer(knots: &[Knot]) -> TransferFunction {
+    TransferFunction { knots: knots.to_vec(), unit_length: None }
 }
 
 /// The largest difference of a channel.

@@ -8,9 +8,7 @@ use std::collections::HashSet;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use crate::common::{
-    FAR, NEAR, assert_grid_error, at_centers, columns_of, level_fastest, pixel_difference, rays, scene, waves,
-};
+use crate::common::*;
 use crate::culled::{Culled, Hole, Mark, Style, directions, holes, towards};
 
 const LAYERS: usize = 4;

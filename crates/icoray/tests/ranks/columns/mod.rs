@@ -1,10 +1,7 @@
 //! Columns that are spread over ranks, each of which has the whole grid's tables: bitwise the picture of the whole
 //! field.
 
-use crate::common::{
-    Array, Arrays, assert_same_refusal, bits, difference, fields, icosahedral, on_nodes, picture, pictures, refusal,
-    render_decomposed,
-};
+use crate::common::*;
 use crate::spread::Rows;
 use icoray::{
     Decomposition, Error, ErrorKind, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Layers, Location, Ranks,
@@ -63,7 +60,7 @@ fn layers() -> Layers {
 fn scene(rest: &str) -> Scene {
     let rest = format!("exaggeration = 60\nimage = {{ width = 61, height = 50 }}\n{rest}");
     let transfer = "map = \"viridis\"\nrange = [-1, 4]\nopacity = [[-1, 0.8], [0, 0.1], [4, 0.9]]";
-    let mut scene = crate::common::scene(crate::common::FAR, transfer, &rest);
+    let mut scene = crate::common::scene(FAR, transfer, &rest);
     scene.volumes[0].field = "q".into();
     scene
 }

@@ -49,58 +49,52 @@ fn all_fields_and_heights_that_a_scene_needs_are_put_together() {
     }
 }
 
-/// The form of a rank's field: by how many its columns are too many, layers, bits, place, and the mark of what is missing.
-#[derive(Clone, Copy)]
-struct Form {
-    more: usize,
-    layers: usize,
-    is_wide: bool,
-    location: Location,
-    fill: Option<f64>,
-}
-
-const GOOD: Form = Form { more: 0, layers: LAYERS, is_wide: true, location: Location::Center, fill: None };
-const FEWER_LAYERS: Form = Form { layers: LAYERS - 1, ..GOOD };
-
 /// One rank has other fields or heights than the scene needs or the other ranks have.
 #[test]
 fn fields_that_do_not_fit_are_refused_on_all_ranks() {
     let (mesh, grid) = icosahedral(2);
     let locals = locals(mesh, 3, &partitions(mesh.cells(), 3)[1]);
+    fn array(columns: usize, layers: usize, is_wide: bool) -> Array {
+        Array::new(Shape::level_fastest(columns, layers), is_wide, Location::Center, None, |_, _| 0.5)
+    }
     let (of_field, of_mpi, of_scene) = (ErrorKind::Field, ErrorKind::Mpi, ErrorKind::Scene);
     let at_corners = format!("\"q\": {} columns, expected 320, one per corner", locals[1].rows.len());
-    let (t, heights) = (("t", GOOD), Some(GOOD));
-    let cases = [
-        (Form { more: 1, ..GOOD }, t, heights, of_field, "\"q\": "),
-        (FEWER_LAYERS, t, heights, of_mpi, "has \"q\" of 3 layers of 64 bits, but \"q\" of 4 "),
-        (Form { is_wide: false, ..GOOD }, t, heights, of_mpi, "has \"q\" of 4 layers of 32 bits"),
-        (Form { fill: Some(7.0), ..GOOD }, t, heights, of_mpi, "has \"q\" with missing values marked by Some(7.0)"),
-        (Form { location: Location::Corner, ..GOOD }, t, heights, of_field, at_corners.as_str()),
+    // Of q, t and heights, of so many columns.
+    type Damage = fn(&mut Arrays, usize);
+    let cases: [(Damage, ErrorKind, &str); 9] = [
+        (|of, columns| of[0].1 = array(columns + 1, LAYERS, true), of_field, "\"q\": "),
         (
-            GOOD,
-            ("t", FEWER_LAYERS),
-            heights,
+            |of, columns| of[0].1 = array(columns, LAYERS - 1, true),
+            of_mpi,
+            "has \"q\" of 3 layers of 64 bits, but \"q\" of 4 ",
+        ),
+        (|of, columns| of[0].1 = array(columns, LAYERS, false), of_mpi, "has \"q\" of 4 layers of 32 bits"),
+        (|of, _| of[0].1.missing = Some(7.0), of_mpi, "has \"q\" with missing values marked by Some(7.0)"),
+        (|of, _| of[0].1.location = Location::Corner, of_field, &at_corners),
+        (
+            |of, columns| of[1].1 = array(columns, LAYERS - 1, true),
             of_mpi,
             "has \"t\" of 3 layers of 64 bits, but \"t\" of 4 layers of 64 bits on rank 0",
         ),
-        (GOOD, t, Some(FEWER_LAYERS), of_mpi, "has heights of 3 layers of 64 bits, but heights of 4 layers"),
-        (GOOD, ("u", GOOD), heights, of_scene, "the scene shows field \"t\", and there is [\"q\", \"u\"]"),
-        (GOOD, t, None, of_scene, "the scene has heights = \"native\""),
+        (
+            |of, columns| of[2].1 = array(columns, LAYERS - 1, true),
+            of_mpi,
+            "has heights of 3 layers of 64 bits, but heights of 4 layers",
+        ),
+        (|of, _| of[1].0 = "u", of_scene, "the scene shows field \"t\", and there is [\"q\", \"u\"]"),
+        (|of, _| drop(of.pop()), of_scene, "the scene has heights = \"native\""),
     ];
-    for (q, other, of_heights, kind, words) in cases {
+    for (damage, kind, words) in cases {
         let refusals = on_nodes(&[0, 1, 0], |ranks| {
             let local = &locals[ranks.rank()];
             let decomposition = decomposition(ranks, &grid, local, None).unwrap();
-            let array = |Form { more, layers, is_wide, location, fill }: Form| {
-                let shape = Shape::level_fastest(local.rows.len() + more, layers);
-                Array::new(shape, is_wide, location, fill, |_, _| 0.5)
-            };
-            let (q, (name, other), of_heights) =
-                if ranks.rank() == 1 { (q, other, of_heights) } else { (GOOD, t, heights) };
-            let mut arrays = vec![("q", array(q)), (name, array(other))];
-            arrays.extend(of_heights.map(|heights| ("heights", array(heights))));
+            let good = array(local.rows.len(), LAYERS, true);
+            let mut arrays = ["q", "t", "heights"].map(|name| (name, array(local.rows.len(), LAYERS, true))).into();
+            if ranks.rank() == 1 {
+                damage(&mut arrays, local.rows.len());
+            }
             let refusal = refusal(render(ranks, &rich_scene(), &grid, &decomposition, fields(&arrays)));
-            render(ranks, &scene(""), &grid, &decomposition, &array(GOOD).field()).unwrap();
+            render(ranks, &scene(""), &grid, &decomposition, &good.field()).unwrap();
             refusal
         });
         assert_same_refusal(&refusals, kind, &format!("rank 1: {words}"));

@@ -1,14 +1,12 @@
 //! Scenes of several fields, surfaces, lines, cuts, derived fields and native heights: over ranks and in every mode of
 //! the renderer.
 
-use crate::common::{
-    Arrays, FAR, LIT, NEAR, at_centers, bits, count_beyond, difference, fields, icosahedral, over_columns,
-};
+use crate::common::*;
 use crate::culled::directions;
 use crate::spread::Rows;
 use icoray::{
-    Clip, Derivation, Fields, Frame, Grid, Ground, Heights, How, IcosahedralMesh, Isosurface, Knot, Layers, Level,
-    Lines, Location, LonLatBox, Paint, Pattern, Renderer, Scene, Shape, Surface, TransferFunction, Volume,
+    Clip, Derivation, Fields, Frame, Grid, Ground, Heights, How, IcosahedralMesh, Isosurface, Layers, Level, Lines,
+    Location, LonLatBox, Paint, Pattern, Renderer, Scene, Shape, Surface, TransferFunction, Volume,
 };
 use icoray_test_support::count;
 
@@ -54,14 +52,6 @@ fn arrays(mesh: &IcosahedralMesh, step: usize, [cells, corners]: [&Rows; 2], loc
 fn steps(mesh: &IcosahedralMesh, location: Location) -> [Arrays; 2] {
     let all = [&Rows::all(mesh.cells()), &Rows::all(mesh.lon_corner_rad.len())];
     [0, 1].map(|step| arrays(mesh, step, all, location))
-}
-
-fn knot(value: f64, color: [f64; 3], extinction: f64) -> Knot {
-    Knot { value, color, extinction }
-}
-
-fn transfer(knots: &[Knot]) -> TransferFunction {
-    TransferFunction { knots: knots.to_vec(), unit_length: None }
 }
 
 /// Red to yellow, denser towards the ends.

@@ -24,34 +24,59 @@ fn of_culled(mesh: &IcosahedralMesh, step: usize, culled: &Culled) -> Arrays {
     arrays(mesh, step, [&cells, &corners], Location::Center)
 }
 
-/// Checks that so few pixels are beyond their errors, and so little, that it may be lines which reach over a node's
-/// border by a part of their width.
-fn assert_near(frame: &Frame, expected: &Frame, trying: &str) {
-    let (wrong, most) = (count_beyond(frame, expected, 1e-6), difference(frame, expected));
+/// Checks what parts on nodes make of the second of two frames: on one node the picture to the bit, on several so few
+/// pixels beyond their errors, and so little, that it may be lines which reach over a node's border by a part of their
+/// width.
+fn assert_parts(
+    mesh: &IcosahedralMesh,
+    scene: &Scene,
+    (expected, location): (&Frame, Location),
+    owner: &[usize],
+    node_of: &[usize],
+    trying: &str,
+) {
+    let spread = Spread::new(mesh, node_of.len(), owner);
+    let (frame, reports) = spread.draw(node_of, scene, &layers(), |rank| own_of(mesh, &spread, location, rank));
+    let [found, whole] = [&frame, expected].map(|frame| (frame.report.missing_values, frame.report.value_range));
+    assert_eq!(found, whole, "{trying}");
+    let is_one = node_of.iter().all(|node| *node == 0);
+    let scheme =
+        if is_one { "tiles: each node has the whole grid" } else { "fragments: each node has its part of the grid" };
+    let sharing = format!("{scheme}, its ranks' parts and the field are assembled once per node");
+    assert_eq!(frame.report.ranks.sharing.unwrap().to_string(), sharing, "{trying}");
+    assert!(reports.iter().map(|report| report.bytes_copied).sum::<u64>() > 0, "{trying}");
+    if is_one {
+        assert!(bits(&frame) == bits(expected), "{trying}");
+        return;
+    }
+    let (wrong, most) = (count_beyond(&frame, expected, 1e-6), difference(&frame, expected));
     println!("{trying}: {wrong} beyond, {most:e} at most");
     assert!(wrong <= 4 && most < 0.05, "{trying}: {wrong}, {most:e}");
 }
 
 #[test]
-fn parts_of_one_node_are_bitwise_one_process() {
+fn parts_make_the_pictures_of_one_process() {
     let (mesh, grid) = icosahedral(3);
+    let nodes: [&[usize]; 5] = [&[0, 1], &[0, 1, 0], &[0, 1, 2], &[0, 1, 1, 0], &[2, 0, 2, 1, 2]];
     for location in [Location::Center, Location::Corner] {
         let steps = steps(mesh, location);
+        let draw = |scene: &Scene| draw(&Renderer::new(2).unwrap(), &grid, scene, &steps);
         for (i, (name, scene)) in scenes().into_iter().enumerate() {
-            let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
+            let expected = draw(&scene);
             let ranks = 2 + i % 3;
             for (partition, owner) in some(partitions(mesh, ranks), i) {
-                let spread = Spread::new(mesh, ranks, &owner);
-                let own = |rank: usize| own_of(mesh, &spread, location, rank);
-                let (frame, reports) = spread.draw(&vec![0; ranks], &scene, &layers(), own);
                 let trying = format!("{name}, {location:?}, {partition} on {ranks}");
-                assert!(bits(&frame) == bits(&expected), "{trying}");
-                assert_eq!(frame.report.missing_values, expected.report.missing_values, "{trying}");
-                assert_eq!(frame.report.value_range, expected.report.value_range, "{trying}");
-                assert!(reports.iter().map(|report| report.bytes_copied).sum::<u64>() > 0, "{trying}");
-                let sharing =
-                    "tiles: each node has the whole grid, its ranks' parts and the field are assembled once per node";
-                assert_eq!(frame.report.ranks.sharing.unwrap().to_string(), sharing, "{trying}");
+                assert_parts(mesh, &scene, (&expected, location), &owner, &vec![0; ranks], &trying);
+            }
+            // Lines that reach over a border would be smoothed on one side of it.
+            let exact = Scene { antialias: false, ..scene };
+            let packets = Scene { precision: Precision::F32, ..exact.clone() };
+            let drawn = [&exact, &packets].map(|scene| (scene, draw(scene)));
+            for (k, node_of) in nodes.into_iter().enumerate().filter(|(k, _)| is_long() || (i + k) % 2 == 0) {
+                let (scene, expected) = &drawn[k / 2 % 2];
+                let (partition, owner) = partitions(mesh, node_of.len()).swap_remove((i + k) % 4);
+                let trying = format!("{name}, {location:?}, {partition} on {node_of:?}");
+                assert_parts(mesh, scene, (expected, location), &owner, node_of, &trying);
             }
         }
     }
@@ -76,8 +101,8 @@ fn halos_that_lie_elsewhere_than_on_their_owners_are_refused() {
     }
 }
 
-/// The mesh's own holes beside those that parts have; of corners beside a hole some are no triangles. Parts of one node
-/// make the picture to the bit, those of several within errors, in single and in double precision.
+/// The mesh's own holes beside those that parts have; of corners beside a hole some are no triangles. In single and in
+/// double precision.
 #[test]
 fn holes_of_the_whole_are_those_of_its_parts() {
     let mesh = IcosahedralMesh::new(3).unwrap();
@@ -85,53 +110,20 @@ fn holes_of_the_whole_are_those_of_its_parts() {
     for (i, (hole, stays)) in holes(&mesh).iter().enumerate() {
         let culled = Culled::new(&mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
         let steps = [0, 1].map(|step| of_culled(&mesh, step, &culled));
+        let draw = |scene: &Scene| (draw(&Renderer::new(2).unwrap(), &culled.grid(), scene, &steps), Location::Center);
         let (name, scene) = &scenes[i % scenes.len()];
-        let expected = draw(&Renderer::new(2).unwrap(), &culled.grid(), scene, &steps);
-        let ranks = 2 + i % 2;
-        for (partition, owner) in some(partitions(&mesh, ranks), i) {
-            let spread = Spread::new(&mesh, ranks, &without_holes(owner, stays));
-            let own = |rank: usize| own_of(&mesh, &spread, Location::Center, rank);
-            let (frame, _) = spread.draw(&vec![0; ranks], scene, &layers(), own);
-            assert!(bits(&frame) == bits(&expected), "{hole}, {name}, {partition} on {ranks}");
+        let check = |scene: &Scene, (expected, location): &(Frame, Location), owner: Vec<usize>, node_of: &[usize]| {
+            let trying = format!("{hole}, {name} on {node_of:?}");
+            assert_parts(&mesh, scene, (expected, *location), &without_holes(owner, stays), node_of, &trying);
+        };
+        let (expected, ranks) = (draw(scene), 2 + i % 2);
+        for (_, owner) in some(partitions(&mesh, ranks), i) {
+            check(scene, &expected, owner, &vec![0; ranks]);
         }
         let precision = [Precision::F64, Precision::F32][i / 2 % 2];
         let scene = &Scene { antialias: false, precision, ..scene.clone() };
-        let expected = draw(&Renderer::new(2).unwrap(), &culled.grid(), scene, &steps);
-        let (partition, owner) = partitions(&mesh, ranks).swap_remove(i % 3);
-        let spread = Spread::new(&mesh, ranks, &without_holes(owner, stays));
-        let apart: Vec<usize> = (0..ranks).collect();
-        let own = |rank: usize| own_of(&mesh, &spread, Location::Center, rank);
-        let (frame, _) = spread.draw(&apart, scene, &layers(), own);
-        assert_near(&frame, &expected, &format!("{hole}, {name}, {partition} on {ranks} nodes"));
-    }
-}
-
-#[test]
-fn parts_of_several_nodes_are_within_errors_of_one_process() {
-    let (mesh, grid) = icosahedral(3);
-    let nodes: [&[usize]; 5] = [&[0, 1], &[0, 1, 0], &[0, 1, 2], &[0, 1, 1, 0], &[2, 0, 2, 1, 2]];
-    for location in [Location::Center, Location::Corner] {
-        let steps = steps(mesh, location);
-        for (i, (name, scene)) in scenes().into_iter().enumerate() {
-            // Lines that reach over a border would be smoothed on one side of it.
-            let exact = Scene { antialias: false, ..scene };
-            let packets = Scene { precision: Precision::F32, ..exact.clone() };
-            let scenes = [&exact, &packets];
-            let expected = scenes.map(|scene| draw(&Renderer::new(2).unwrap(), &grid, scene, &steps));
-            for (k, node_of) in nodes.into_iter().enumerate().filter(|(k, _)| is_long() || (i + k) % 2 == 0) {
-                let (scene, expected) = (scenes[k / 2 % 2], &expected[k / 2 % 2]);
-                let (partition, owner) = partitions(mesh, node_of.len()).swap_remove((i + k) % 4);
-                let spread = Spread::new(mesh, node_of.len(), &owner);
-                let own = |rank: usize| own_of(mesh, &spread, location, rank);
-                let (frame, _) = spread.draw(node_of, scene, &layers(), own);
-                let trying = format!("{name}, {location:?}, {partition} on {node_of:?}");
-                assert_near(&frame, expected, &trying);
-                assert_eq!(frame.report.missing_values, expected.report.missing_values, "{trying}");
-                assert_eq!(frame.report.value_range, expected.report.value_range, "{trying}");
-                let sharing = "fragments: each node has its part of the grid, its ranks' parts and the field are assembled once per node";
-                assert_eq!(frame.report.ranks.sharing.unwrap().to_string(), sharing, "{trying}");
-            }
-        }
+        let (_, owner) = partitions(&mesh, ranks).swap_remove(i % 3);
+        check(scene, &draw(scene), owner, &(0..ranks).collect::<Vec<_>>());
     }
 }
 

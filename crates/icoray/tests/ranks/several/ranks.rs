@@ -1,7 +1,7 @@
 //! Scenes of several fields over ranks: the picture of one process.
 
 use super::*;
-use crate::common::{Array, assert_same_refusal, on_ranks, picture, refusal, render_decomposed};
+use crate::common::{Array, assert_same_refusal, on_ranks, picture, refusal};
 use crate::spread::{Spread, partitions};
 use icoray::{Decomposition, DistributedGrid, ErrorKind};
 use icoray_test_support::Random;
@@ -78,11 +78,11 @@ fn surfaces_of_a_value_that_stays_are_met_once() {
             ..icoray::Scenery::default()
         };
         (scene.width, scene.height) = (200, 170);
-        let values =
-            |cells: &[usize]| over_columns(cells.len(), INTERFACES, |column, layer| value(cells[column], layer));
-        let all = over_columns(mesh.cells(), INTERFACES, value);
-        let field = at_centers(&all, INTERFACES);
-        let render = |scene: &Scene| Renderer::new(2).unwrap().render(scene, &grid, &layers(), &field).unwrap();
+        let layout = |columns| Shape::level_fastest(columns, INTERFACES);
+        let arrays =
+            |cells: &Rows| vec![("f", cells.array(layout, (true, Location::Center, None), value, |_| f64::NAN))];
+        let all = arrays(&Rows::all(mesh.cells()));
+        let render = |scene: &Scene| Renderer::new(2).unwrap().render(scene, &grid, &layers(), fields(&all)).unwrap();
         let whole = render(&scene);
         // A little off the value that stays there is no doubt.
         let mut beside = scene.clone();
@@ -94,11 +94,9 @@ fn surfaces_of_a_value_that_stays_are_met_once() {
             |a: &Frame, b: &Frame| a.pixels.iter().zip(&b.pixels).filter(|(a, b)| (a[0] - b[0]).abs() > 1e-3).count();
         assert_eq!(differ(&whole, &sure), 0, "rises: {rises}, of {}", shown(&sure));
         for (partition, owner) in &partitions(mesh, 3)[1..3] {
-            let (frame, _) = picture(Spread::new(mesh, 3, owner).each(|ranks, culled, grid, decomposition| {
-                let values = values(&culled.cells);
-                let field = at_centers(&values, INTERFACES);
-                render_decomposed(ranks, &scene, (grid, &decomposition.unwrap()), &layers(), &field).unwrap()
-            }));
+            let spread = Spread::new(mesh, 3, owner);
+            let own = |rank: usize| vec![arrays(&spread.cells[rank])];
+            let (frame, _) = spread.draw(&[0, 1, 2], &scene, &layers(), own);
             assert_eq!(differ(&frame, &sure), 0, "rises: {rises}, {partition}");
         }
     }
@@ -119,13 +117,13 @@ fn bad_data_on_one_rank_are_the_error_of_all() {
     type Damage = fn(&mut Arrays);
     let cases: [(Damage, ErrorKind, &str); 10] = [
         (|of| drop(of.remove(2)), of_scene, "the scene shows field \"g\""),
-        (|of| set(&mut of[2].1, 161, INTERFACES, Center, |_| 0.5), of_field, "\"g\": "),
+        (|of| of[2].1.shape.columns = 161, of_field, "\"g\": "),
         (
-            |of| set(&mut of[2].1, 162, LAYERS, Center, |_| 0.5),
+            |of| of[2].1.shape.layers = LAYERS,
             of_mpi,
             "has \"g\" of 4 layers of 64 bits at centres, but \"g\" of 5 layers of 64 bits at centres on rank 0",
         ),
-        (|of| set(&mut of[2].1, 162, 2, Center, |_| 0.5), of_field, "\"g\": "),
+        (|of| of[2].1.shape.layers = 2, of_field, "\"g\": "),
         (
             |of| set(&mut of[0].1, 162, INTERFACES, Center, |_| 0.5),
             of_mpi,
@@ -137,7 +135,7 @@ fn bad_data_on_one_rank_are_the_error_of_all() {
             "has \"h\" of 5 layers of 64 bits at corners, but \"h\" of 5 layers of 32 bits",
         ),
         (|of| drop(of.pop()), of_scene, "the scene has heights = \"native\""),
-        (|of| set(&mut of[3].1, 162, LAYERS, Center, |layer| layer as f64), of_layers, "heights: "),
+        (|of| of[3].1.shape.layers = LAYERS, of_layers, "heights: "),
         (|of| set(&mut of[3].1, 162, INTERFACES, Center, |layer| -(layer as f64)), of_layers, "heights: cell "),
         (
             |of| set(&mut of[3].1, 162, INTERFACES, Center, |layer| 9e4 * layer as f64),
