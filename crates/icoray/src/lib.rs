@@ -128,12 +128,7 @@ pub use render::{Contribution, Histogram, Probe, ProbePoint, Rendered, Renderer,
 /// # let layers = Layers::from_heights(&[0.0, 1e6], 6.371e6)?;
 /// # let values = vec![1.0f32; 2 * grid.cells()];
 /// # let field = Field::level_fastest(&values, 2, Location::Center)?;
-/// # let scene = Scene::parse(
-/// #     "field = 'one'
-/// #      image = { width = 8, height = 8 }
-/// #      camera = { lon = 0, lat = 0, distance = 3 }
-/// #      transfer = { map = 'viridis', range = [0, 2], opacity = [[0, 0.5], [2, 0.5]] }",
-/// # )?;
+/// # let scene = Scene::parse("field = 'one'\nimage = { width = 8, height = 8 }")?;
 /// # let folder = std::env::temp_dir().join(format!("icoray-doc-{}", std::process::id()));
 /// # std::fs::create_dir_all(&folder).unwrap();
 /// use icoray::output::{Stamp, Writer, WriterOptions, write_picture};

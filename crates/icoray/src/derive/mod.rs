@@ -113,14 +113,11 @@ impl DerivedFieldCache {
 
     /// A buffer in the highest precision of `of`; reuses a stored one of this precision.
     fn room_for(&self, of: &[Field]) -> OwnedReals {
-        let is_wide = of.iter().any(|field| matches!(field.samples(), Reals::F64(_)));
+        let widest = of.iter().find(|field| matches!(field.samples(), Reals::F64(_))).unwrap_or(&of[0]).samples();
         let mut memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
-        let found = memory.iter().position(|values| matches!(values, OwnedReals::F64(_)) == is_wide);
-        match (found, is_wide) {
-            (Some(at), _) => memory.swap_remove(at),
-            (None, true) => OwnedReals::F64(Vec::new()),
-            (None, false) => OwnedReals::F32(Vec::new()),
-        }
+        let is_wide = |values: &OwnedReals| matches!(values, OwnedReals::F64(_));
+        let found = memory.iter().position(|values| is_wide(values) == matches!(widest, Reals::F64(_)));
+        OwnedReals::buffer(widest, found.map(|at| memory.swap_remove(at)))
     }
 }
 

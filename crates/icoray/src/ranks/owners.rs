@@ -20,8 +20,14 @@ pub(super) struct CellOwners {
 impl CellOwners {
     /// Agrees on the owner of each cell, which has all triangles around it. Collective; `grid` is this rank's own.
     pub fn agree(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
-        let numbered = ranks.collective_work(|| read(grid, cells))?;
         let (rows, base) = (0..grid.cells(), i64::from(grid.tables().index_base));
+        let numbered = ranks.collective_work(|| {
+            let numbered = Numbered::of_part(Location::Center, cells.global, cells.owned, grid)?;
+            let is_missing = |cell: &u32| numbered.global[*cell as usize] == NONE;
+            let Some(cell) = triangles(grid).flatten().find(is_missing) else { return Ok(numbered) };
+            let (row, none) = (i64::from(cell) + base, base - 1);
+            Err(bad(format!("cell_global row {row}: {none}, expected a number, as a triangle has this cell")))
+        })?;
         let own = rows.clone().filter(|cell| numbered.is_own[*cell]).map(|cell| numbered.global[cell]);
         let wanted: Vec<usize> = rows.filter(|cell| numbered.global[*cell] != NONE).collect();
         let numbers: Vec<u64> = wanted.iter().map(|cell| numbered.global[*cell]).collect();
@@ -70,18 +76,6 @@ impl OwnCorners {
         let nobodys = |_, corner| format!("{corner} is owned by no rank, expected one owner");
         find_owners(ranks, (Location::Corner, self.base), own, wanted, nobodys)
     }
-}
-
-/// Reads the numbers and marks of cells, and checks that all cells of triangles have numbers.
-fn read(grid: &Grid, cells: &PartCells) -> Result<Numbered> {
-    let base = i64::from(grid.tables().index_base);
-    let numbered = Numbered::of_part(Location::Center, cells.global, cells.owned, grid)?;
-    let is_missing = |cell: &u32| numbered.global[*cell as usize] == NONE;
-    if let Some(cell) = triangles(grid).flatten().find(is_missing) {
-        let (row, none) = (i64::from(cell) + base, base - 1);
-        return Err(bad(format!("cell_global row {row}: {none}, expected a number, as a triangle has this cell")));
-    }
-    Ok(numbered)
 }
 
 /// The cells of each triangle.

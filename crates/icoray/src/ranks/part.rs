@@ -113,11 +113,6 @@ impl Part {
         self.numbers[cell]
     }
 
-    /// As [`Self::counts`], for a triangle; false for numbers out of range.
-    pub fn counts_triangle(&self, triangle: u32) -> bool {
-        self.has(triangle) && self.node.has_share(triangle as usize)
-    }
-
     /// Whether a cell is this part's own.
     pub fn owns(&self, cell: usize) -> bool {
         self.owns_cell[cell]

@@ -1,8 +1,8 @@
 //! Grids that are spread over ranks: the picture that is put together of their fragments is that of the whole grid.
 
 use icoray::{
-    ErrorKind, Frame, FrameReport, Grid, Ground, IcosahedralMesh, Layers, Level, Lines, Location, Pattern, Rendered,
-    Renderer, Scene, Shape,
+    ErrorKind, Frame, FrameReport, Grid, Ground, IcosahedralMesh, Level, Lines, Location, Pattern, Rendered, Renderer,
+    Scene, Shape,
 };
 use icoray_test_support::{count, is_long};
 
@@ -10,14 +10,13 @@ use crate::common::*;
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Rows, Spread, partitions, without_holes};
 
-const LAYERS: usize = 4;
-const HEIGHT_M: [f64; LAYERS] = [0.0, 5e3, 12e3, 20e3];
+const LAYERS: usize = HEIGHT_M.len();
 
 /// What ranks of a node each draw of their rows.
 fn draw(spread: &Spread, mesh: &IcosahedralMesh, scene: &Scene, location: Location) -> (Frame, Vec<FrameReport>) {
-    let values = values(mesh, location);
+    let values = waves(mesh, location, LAYERS);
     let nodes: Vec<usize> = (0..spread.parts.len()).collect();
-    spread.draw(&nodes, scene, &layers(), |rank| {
+    spread.draw(&nodes, scene, &earth_layers(), |rank| {
         let Rows { rows, global, .. } =
             if location == Location::Center { &spread.cells[rank] } else { &spread.corners[rank] };
         // Columns without a number are no cells.
@@ -30,19 +29,11 @@ fn draw(spread: &Spread, mesh: &IcosahedralMesh, scene: &Scene, location: Locati
     })
 }
 
-fn layers() -> Layers {
-    Layers::from_heights(&HEIGHT_M, 6371e3).unwrap()
-}
-
-fn values(mesh: &IcosahedralMesh, location: Location) -> Vec<f64> {
-    waves(mesh, location, LAYERS)
-}
-
 fn whole(mesh: &IcosahedralMesh, scene: &Scene, location: Location) -> Frame {
     let grid = Grid::new(mesh.tables()).unwrap();
-    let values = values(mesh, location);
+    let values = waves(mesh, location, LAYERS);
     let field = level_fastest(&values, LAYERS, location);
-    Renderer::new(2).unwrap().render(scene, &grid, &layers(), &field).unwrap()
+    Renderer::new(2).unwrap().render(scene, &grid, &earth_layers(), &field).unwrap()
 }
 
 /// A scene in which `rest` has further keys and, behind a bar, further tables.
@@ -56,8 +47,6 @@ fn scene(camera: &str, precision: &str, rest: &str) -> Scene {
     if rest.contains("tolerance") { scene } else { Scene { tolerance, ..scene } }
 }
 
-/// Inside the shell, which ends at 1.19 radii.
-const INSIDE: &str = "lon = 26\nlat = 33\ndistance = 1.1\nfov = 110";
 const HOLLOW: &str = "core = \"transparent\"\nbackground = \"transparent\"";
 
 const LIMITS: [(&str, f32); 2] = [("f64", 1e-6), ("f32", 1e-5)];
@@ -71,7 +60,7 @@ fn parts_make_the_picture_of_the_whole() {
     let scenes = [
         (FAR, HOLLOW, centers),
         (NEAR, "core = \"#804020\"", centers),
-        (INSIDE, HOLLOW, centers),
+        (IN_SHELL, HOLLOW, centers),
         (FAR, lit, centers),
         (NEAR, paper, centers),
         (FAR, lit, corners),
@@ -151,14 +140,15 @@ fn with_ground(mut scene: Scene) -> Scene {
 fn holes_of_the_whole_are_holes_of_its_parts() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let lit = scene(NEAR, "f64", &format!("core = \"#804020\"|{LIT}"));
-    let scenes = [scene(FAR, "f64", "core = \"#804020\""), scene(INSIDE, "f64", HOLLOW), lit.clone(), with_ground(lit)];
+    let scenes =
+        [scene(FAR, "f64", "core = \"#804020\""), scene(IN_SHELL, "f64", HOLLOW), lit.clone(), with_ground(lit)];
     let (mut worst, mut drawn) = (0.0f32, 0);
     for (i, (name, stays)) in holes(&mesh).iter().enumerate() {
         let culled = Culled::new(&mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
-        let kept = columns_of(&values(&mesh, Location::Center), &culled.cells, LAYERS);
+        let kept = columns_of(&waves(&mesh, Location::Center, LAYERS), &culled.cells, LAYERS);
         let field = at_centers(&kept, LAYERS);
         for (k, scene) in scenes.iter().enumerate().filter(|(k, _)| is_long() || (i + k) % 4 == 0) {
-            let whole = Renderer::new(2).unwrap().render(scene, &culled.grid(), &layers(), &field).unwrap();
+            let whole = Renderer::new(2).unwrap().render(scene, &culled.grid(), &earth_layers(), &field).unwrap();
             let ranks = 2 + (i + k) % 3;
             let (partition, owner) = partitions(&mesh, ranks).swap_remove((i + k) % 3);
             let spread = Spread::new(&mesh, ranks, &without_holes(owner, stays));
@@ -201,7 +191,7 @@ fn scenes_may_request_fragments_but_no_impossible_scheme() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let asked = |ranks: &str| scene(FAR, "f64", &format!("ranks = \"{ranks}\""));
     let expected = whole(&mesh, &asked("auto"), Location::Center);
-    let all = values(&mesh, Location::Center);
+    let all = waves(&mesh, Location::Center, LAYERS);
     for (scheme, sentence) in [
         ("fragments", "fragments: requested; every rank has the whole grid"),
         ("auto", "tiles: every rank has the whole grid"),
@@ -209,7 +199,7 @@ fn scenes_may_request_fragments_but_no_impossible_scheme() {
         let drawn = on_ranks(3, |ranks| {
             let (grid, field) = (Grid::new(mesh.tables()).unwrap(), at_centers(&all, LAYERS));
             let renderer = Renderer::new(1).unwrap();
-            renderer.render_over(ranks, &asked(scheme), &grid, &layers(), &field).unwrap()
+            renderer.render_over(ranks, &asked(scheme), &grid, &earth_layers(), &field).unwrap()
         });
         let Rendered::Here(frame) = &drawn[0] else { panic!("rank 0 has the picture") };
         assert_eq!(frame.report.ranks.sharing.unwrap().to_string(), sentence);
@@ -218,7 +208,7 @@ fn scenes_may_request_fragments_but_no_impossible_scheme() {
     }
     let (_, owner) = partitions(&mesh, 2).swap_remove(0);
     let spread = Spread::new(&mesh, 2, &owner);
-    let refused = spread.render(&[0, 1], &asked("tiles"), &layers(), |rank| {
+    let refused = spread.render(&[0, 1], &asked("tiles"), &earth_layers(), |rank| {
         let shape = Shape::level_fastest(spread.cells[rank].rows.len(), LAYERS);
         vec![vec![("f", Array::new(shape, true, Location::Center, None, |_, _| 0.0))]]
     });

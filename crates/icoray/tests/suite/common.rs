@@ -21,6 +21,15 @@ pub const SHELL: &str = "knots = [ { value = 0.1, color = \"red\", extinction = 
 pub const DENSE: &str = "knots = [ { value = -0.8, color = \"blue\", extinction = 4 }, { value = -0.2, color = \"white\", extinction = 1 }, \
      { value = 0.3, color = \"yellow\", extinction = 1 }, { value = 0.8, color = \"red\", extinction = 9 } ]";
 
+/// In the shell of [`earth_layers`], which ends at 1.19 radii with an exaggeration of 60.
+pub const IN_SHELL: &str = "lon = 26\nlat = 33\ndistance = 1.1\nfov = 110";
+/// Metres.
+pub const HEIGHT_M: [f64; 4] = [0.0, 5e3, 12e3, 20e3];
+
+pub fn earth_layers() -> Layers {
+    Layers::from_heights(&HEIGHT_M, 6371e3).unwrap()
+}
+
 /// A transfer function for values from -1.5 to 2.5, as those of [`waves`].
 pub const HAZE: &str =
     "map = \"viridis\"\nrange = [-1.5, 2.5]\nopacity = [[-1.5, 0.5], [0, 0.05], [0.4, 0.8], [2.5, 0.3]]";

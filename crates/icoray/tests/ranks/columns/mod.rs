@@ -4,8 +4,8 @@
 use crate::common::*;
 use crate::spread::Rows;
 use icoray::{
-    Decomposition, Error, ErrorKind, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Layers, Location, Ranks,
-    Rendered, Renderer, Scene, Shape,
+    Decomposition, Error, ErrorKind, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Location, Ranks, Rendered,
+    Renderer, Scene, Shape,
 };
 use icoray_test_support::Random;
 
@@ -13,7 +13,7 @@ mod corners;
 mod part_corners;
 mod several;
 
-const LAYERS: usize = 4;
+const LAYERS: usize = HEIGHT_M.len();
 const FILL: f64 = -9e33;
 
 /// Each rank's columns in an order of its own; those of odd ranks have a halo, mixed with their own, those of even ones
@@ -53,10 +53,6 @@ fn value(cell: usize, layer: usize, step: usize) -> f64 {
     if Random::at(cell).below(31) == step { FILL } else { (0.37 * (cell + 50 * step) as f64).sin() + layer as f64 }
 }
 
-fn layers() -> Layers {
-    Layers::from_heights(&[0.0, 5e3, 12e3, 20e3], 6371e3).unwrap()
-}
-
 fn scene(rest: &str) -> Scene {
     let rest = format!("exaggeration = 60\nimage = {{ width = 61, height = 50 }}\n{rest}");
     let transfer = "map = \"viridis\"\nrange = [-1, 4]\nopacity = [[-1, 0.8], [0, 0.1], [4, 0.9]]";
@@ -70,7 +66,7 @@ fn decomposition(ranks: &mut Ranks, grid: &Grid, cells: &Rows, corners: Option<&
 }
 
 fn alone(grid: &Grid, scene: &Scene, arrays: &Arrays) -> Frame {
-    Renderer::new(1).unwrap().render(scene, grid, &layers(), fields(arrays)).unwrap()
+    Renderer::new(1).unwrap().render(scene, grid, &earth_layers(), fields(arrays)).unwrap()
 }
 
 fn render<'f>(
@@ -81,7 +77,7 @@ fn render<'f>(
     fields: impl Into<Fields<'f>>,
 ) -> Result<Rendered, Error> {
     assert!(matches!(decomposition, Decomposition::Columns(_)), "{decomposition:?}");
-    render_decomposed(ranks, scene, (grid, decomposition), &layers(), fields)
+    render_decomposed(ranks, scene, (grid, decomposition), &earth_layers(), fields)
 }
 
 /// Checks that the ranks of each node have copied so many bytes together.
