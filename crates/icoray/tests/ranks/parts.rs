@@ -92,6 +92,7 @@ fn parts_make_the_picture_of_the_whole() {
                     assert_eq!(report.missing_values, 0);
                     assert_eq!(report.counts.rays, expected.report.counts.rays);
                     assert_eq!(report.counts.fragment_bytes > 0, ranks > 1);
+                    assert_eq!(reports.len(), ranks);
                     assert!(reports.iter().all(|r| r.counts == report.counts && r.ranks.count == ranks));
                 }
             }
