@@ -12,37 +12,42 @@ use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
-/// The results of `work` on each of some ranks, a thread each: `node_of` has a number for each rank, equal for the ranks
-/// of a node.
+/// The results of `work` on each rank of [`local_nodes`], a thread each.
 ///
 /// # Panics
 /// If `work` panics on a rank.
 pub fn on_local_nodes<R: Send>(node_of: &[usize], work: impl Fn(Team) -> R + Sync) -> Vec<R> {
-    on_local_nodes_over(node_of, |messages| messages, work)
+    on_threads(local_nodes(node_of), work)
 }
 
-/// As [`on_local_nodes`], over messages that `wrap` makes of those between threads: delayed or counted ones, for example.
+/// The results of `work` on each of the `ranks`, a thread each.
 ///
 /// # Panics
 /// If `work` panics on a rank.
-pub fn on_local_nodes_over<M: Messages + 'static, R: Send>(
-    node_of: &[usize],
-    wrap: impl FnMut(LocalMessages) -> M,
-    work: impl Fn(Team) -> R + Sync,
-) -> Vec<R> {
-    let (work, teams) = (&work, local_nodes_over(node_of, wrap));
+pub fn on_threads<T: Send, R: Send>(ranks: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
+    let work = &work;
     thread::scope(|scope| {
-        let threads: Vec<_> = teams.into_iter().map(|team| scope.spawn(move || work(team))).collect();
+        let threads: Vec<_> = ranks.into_iter().map(|rank| scope.spawn(move || work(rank))).collect();
         threads.into_iter().map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
     })
 }
 
-/// Makes `size` ranks on one node, each to be moved to a thread of its own.
+/// Makes `size` ranks on one node, as [`local_nodes`] does.
 pub fn local_team(size: usize) -> Vec<Team> {
-    local_nodes_over(&vec![0; size], |messages| messages)
+    local_nodes(&vec![0; size])
 }
 
-fn local_nodes_over<M: Messages + 'static>(node_of: &[usize], mut wrap: impl FnMut(LocalMessages) -> M) -> Vec<Team> {
+/// Makes ranks on nodes, each to be moved to a thread of its own: `node_of` has a number for each rank, equal for the
+/// ranks of a node.
+pub fn local_nodes(node_of: &[usize]) -> Vec<Team> {
+    local_nodes_over(node_of, |messages| messages)
+}
+
+/// As [`local_nodes`], over messages that `wrap` makes of those between threads: delayed or counted ones, for example.
+pub fn local_nodes_over<M: Messages + 'static>(
+    node_of: &[usize],
+    mut wrap: impl FnMut(LocalMessages) -> M,
+) -> Vec<Team> {
     let mut nodes = BTreeMap::new();
     let team = local_messages(node_of.len()).into_iter().zip(node_of).map(|(messages, node)| {
         let rank = messages.rank;

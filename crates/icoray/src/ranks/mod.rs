@@ -3,7 +3,7 @@
 //! data, every node makes one copy of them, and one mesh of the parts of its ranks.
 //!
 //! A [`Team`] transports bytes between ranks. This module defines the messages, which are the same over MPI and between
-//! threads ([`on_local_nodes`]). One rule excludes deadlocks: ranks communicate in phases that each of them enters, even
+//! threads ([`local_nodes`]). One rule excludes deadlocks: ranks communicate in phases that each of them enters, even
 //! after an error, and every phase ends with the same outcome on all. A frame has three:
 //!
 //! 1. [`Ranks::agree`] compares the ranks' inputs and states, and sends the values that rank 0 decides. It is repeated
@@ -49,7 +49,7 @@ pub(crate) use columns::GatherInputs;
 pub use decomposition::{Decomposition, DistributedGrid};
 pub(crate) use fragments::{Traced, read_fragments};
 pub(crate) use gather::{FrameSummary, TileAssignment, TileShare};
-pub use local::{LocalMessages, local_team, on_local_nodes, on_local_nodes_over};
+pub use local::{LocalMessages, local_nodes, local_nodes_over, local_team, on_local_nodes, on_threads};
 pub use messages::{Communicator, Messages};
 pub use node::NodeMemory;
 pub(crate) use node_fields::NodeFields;

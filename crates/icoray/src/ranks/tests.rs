@@ -188,8 +188,8 @@ fn share<'t>(raster: &'t Raster, owners: &'t [u32]) -> TileShare<'t> {
 fn tiles_are_on_their_way_while_others_are_drawn() {
     let raster = Raster { width: 20, height: 4, step: 1 };
     let taken = Arc::new(AtomicUsize::new(0));
-    let counted = |messages| Counted { messages, taken: taken.clone() };
-    on_local_nodes_over(&[0; 2], counted, |team| {
+    let team = local_nodes_over(&[0; 2], |messages| Counted { messages, taken: taken.clone() });
+    on_threads(team, |team| {
         let ranks = &mut Ranks::new(team);
         let rank = ranks.rank();
         let threads = Threads::new(1).unwrap();

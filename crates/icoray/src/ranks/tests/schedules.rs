@@ -141,13 +141,13 @@ fn no_schedule_makes_ranks_wait_or_differ() {
         let failing: Vec<Option<[usize; 2]>> =
             (0..3).map(|_| (random.below(2) == 0).then(|| [random.below(size), random.below(PHASES)])).collect();
         let slow = random.below(2 * size);
-        let shuffled = |messages: LocalMessages| Shuffled {
+        let team = local_nodes_over(&node_of, |messages| Shuffled {
             slowness: if messages.rank() == slow { 10 } else { 1 },
             random: Random::new(seed * 1000 + messages.rank() as u64),
             messages,
             waiting: BTreeMap::new(),
-        };
-        let of_ranks: Vec<Vec<std::result::Result<u64, String>>> = on_local_nodes_over(&node_of, shuffled, |team| {
+        });
+        let of_ranks: Vec<Vec<std::result::Result<u64, String>>> = on_threads(team, |team| {
             let mut ranks = Ranks::new(team);
             let rank = ranks.rank();
             let frame = |fails: &Option<[usize; 2]>| {
