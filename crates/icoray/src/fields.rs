@@ -20,7 +20,8 @@ impl<'f> Fields<'f> {
         Fields { named, ..Fields::default() }
     }
 
-    /// Adds the heights of each column's layers, which scenes request with [`Heights::Native`](icoray_scene::Heights).
+    /// Adds the heights of each column's layers, if there are any, which scenes request with
+    /// [`Heights::Native`](icoray_scene::Heights).
     ///
     /// `heights` has one column per cell or per corner, and as many layers as [`Layers`](icoray_grid::Layers), in their
     /// order: metres above the planet's surface, negative below it. Heights must not decrease upwards; layers may have
@@ -28,8 +29,8 @@ impl<'f> Fields<'f> {
     /// corners are averaged to cells as fields are ([`CenterField`](icoray_grid::CenterField)), over the columns that
     /// have heights. Heights are checked when a frame is drawn.
     #[must_use]
-    pub fn with_heights(self, heights: Field<'f>) -> Self {
-        Fields { heights: Some(heights), ..self }
+    pub fn with_heights(self, heights: impl Into<Option<Field<'f>>>) -> Self {
+        Fields { heights: heights.into(), ..self }
     }
 
     /// Repeats the values of 2D fields, which have one layer, on each of `layers`.

@@ -83,6 +83,19 @@ mod scattered;
 pub mod suggest;
 mod time_budget;
 
+// The tests of the public interface share these with the tests of modules.
+#[cfg(test)]
+#[path = "../tests/suite/common.rs"]
+mod common;
+#[cfg(test)]
+#[path = "../tests/suite/culled/mod.rs"]
+mod culled;
+#[cfg(test)]
+extern crate self as icoray;
+#[cfg(test)]
+#[path = "../tests/suite/spread/mod.rs"]
+mod spread;
+
 pub use background::{Accepted, Background, Drawn, FrameInputs, FrameSetup};
 pub use fields::Fields;
 pub use icoray_grid::{
@@ -115,12 +128,7 @@ pub use render::{Contribution, Histogram, Probe, ProbePoint, Rendered, Renderer,
 /// # let layers = Layers::from_heights(&[0.0, 1e6], 6.371e6)?;
 /// # let values = vec![1.0f32; 2 * grid.cells()];
 /// # let field = Field::level_fastest(&values, 2, Location::Center)?;
-/// # let scene = Scene::parse(
-/// #     "field = 'one'
-/// #      image = { width = 8, height = 8 }
-/// #      camera = { lon = 0, lat = 0, distance = 3 }
-/// #      transfer = { map = 'viridis', range = [0, 2], opacity = [[0, 0.5], [2, 0.5]] }",
-/// # )?;
+/// # let scene = Scene::parse("field = 'one'\nimage = { width = 8, height = 8 }")?;
 /// # let folder = std::env::temp_dir().join(format!("icoray-doc-{}", std::process::id()));
 /// # std::fs::create_dir_all(&folder).unwrap();
 /// use icoray::output::{Stamp, Writer, WriterOptions, write_picture};

@@ -42,18 +42,23 @@ pub(crate) struct FieldValues<'f> {
 pub(crate) fn reduce_parts<T: Serialize + DeserializeOwned>(
     ranks: &mut Ranks,
     part: Option<&Part>,
-    work: impl FnOnce() -> T,
+    work: impl FnOnce() -> Result<T>,
     join: impl Fn(T, T) -> T,
 ) -> Result<T> {
-    if part.is_some() {
-        return ranks.reduce_work(|| Ok(work()), join);
-    }
-    ranks.collective_work(|| Ok(work()))
+    if part.is_some() { ranks.reduce_work(work, join) } else { ranks.collective_work(work) }
 }
 
-/// The union of two ranges, of which `None` is empty.
-pub(crate) fn union(a: Option<[f64; 2]>, b: Option<[f64; 2]>) -> Option<[f64; 2]> {
-    a.zip(b).map(|([low, high], [l, h])| [low.min(l), high.max(h)]).or(a).or(b)
+/// A range of values, of which `None` is empty, and a number of missing ones.
+pub(crate) type RangeAndMissing = (Option<[f64; 2]>, u64);
+
+/// The range of the values of both, and the sum of the missing ones.
+pub(crate) fn both_ranges((a, missing): RangeAndMissing, (b, others): RangeAndMissing) -> RangeAndMissing {
+    (a.zip(b).map(|(a, b)| around(a, b)).or(a).or(b), missing + others)
+}
+
+/// The range that contains both.
+pub(crate) fn around([low, high]: [f64; 2], [l, h]: [f64; 2]) -> [f64; 2] {
+    [low.min(l), high.max(h)]
 }
 
 impl Ranges {
@@ -233,7 +238,7 @@ impl FieldValues<'_> {
         let columns = (0..self.field.shape().columns).into_par_iter().with_min_len(256);
         let nothing = || (f64::INFINITY, f64::NEG_INFINITY, 0);
         let both = |a: (f64, f64, u64), b: (f64, f64, u64)| (a.0.min(b.0), a.1.max(b.1), a.2 + b.2);
-        let mine = || self.threads.run(|| columns.map(one).reduce(nothing, both));
+        let mine = || Ok(self.threads.run(|| columns.map(one).reduce(nothing, both)));
         let (low, high, count) = reduce_parts(ranks, self.part, mine, both)?;
         Ok(((low <= high).then_some([low, high]), count))
     }
@@ -255,7 +260,7 @@ impl FieldValues<'_> {
             self.column(scale, column, |value| count(scale.forward(value), &mut counts));
             counts
         };
-        let mine = || self.threads.run(|| columns.fold(nothing, add).reduce(nothing, added));
+        let mine = || Ok(self.threads.run(|| columns.fold(nothing, add).reduce(nothing, added)));
         reduce_parts(ranks, self.part, mine, added)
     }
 }

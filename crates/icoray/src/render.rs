@@ -7,7 +7,7 @@ use crate::ranges::FieldValues;
 use crate::ranks::{HAS_WHOLE, Part, Ranks};
 use icoray_grid::{Error, ErrorKind, Field, Grid, Layers, Result};
 use icoray_output::{Frame, FrameReport, Sharing};
-use icoray_scene::{Backend, Scene, Scheme};
+use icoray_scene::{Scene, Scheme};
 use std::time::Instant;
 
 mod columns;
@@ -36,7 +36,6 @@ pub use statistics::Histogram;
 
 use context::FrameContext;
 use prepared_field::PreparedField;
-use renderer::DeviceChoice;
 
 /// A rank's result of a finished picture.
 #[derive(Debug, Clone, PartialEq)]
@@ -112,16 +111,6 @@ impl Renderer {
         self.in_context(Instant::now(), ranks, &given, draw::draw)
     }
 
-    /// The device for a picture, if there is one that supports it. Collective.
-    fn find_device(&self, ranks: &mut Ranks, scene: &Scene) -> Result<DeviceChoice> {
-        if scene.backend == Backend::Cpu {
-            return Ok(Err(None));
-        }
-        let node_rank = ranks.node_rank();
-        // On one of the renderer's threads, so that threads that a driver starts do not descend from the host's.
-        Ok(self.run(|| self.device_for(scene, node_rank)))
-    }
-
     /// Prepares a frame's plan, fields and heights, with the derived ones, and keeps what the next frame may reuse
     /// after `draw`. Collective.
     fn in_context<R>(
@@ -160,10 +149,11 @@ impl Renderer {
             settled.check_values()?;
         }
         let bytes_of_fields: usize = prepared.iter().chain(&heights).map(PreparedField::bytes).sum();
-        let scene = settled.as_ref().unwrap_or(scene);
+        let (scene, node_rank) = (settled.as_ref().unwrap_or(scene), ranks.node_rank());
         let context = FrameContext {
             renderer: self,
-            device: self.find_device(ranks, scene)?,
+            // On one of the renderer's threads, so that threads that a driver starts do not descend from the host's.
+            device: self.run(|| self.device_for(scene, node_rank)),
             asked: given.scene,
             scene,
             plan: &plan,

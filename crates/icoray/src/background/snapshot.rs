@@ -35,10 +35,7 @@ impl Snapshot {
 
     pub fn fields(&self) -> Fields<'_> {
         let fields = Fields::new(self.copies.iter().map(|(name, copied)| (name.as_str(), copied.field())));
-        match &self.heights {
-            Some(heights) => fields.with_heights(heights.field()),
-            None => fields,
-        }
+        fields.with_heights(self.heights.as_ref().map(Copied::field))
     }
 
     pub fn bytes(&self) -> u64 {

@@ -1,9 +1,10 @@
 //! Frames drawn from copies: equal pictures, and failures.
 
 use super::*;
+use crate::common::{Array, icosahedral};
 use crate::fields::Fields;
 use crate::ranks::Decomposition;
-use icoray_grid::{Field, Grid, IcosahedralMesh, Layers, Location, Shape};
+use icoray_grid::{Field, Grid, Layers, Location, Shape};
 use icoray_output::Frame;
 use icoray_output::writer::WriterOptions;
 use icoray_scene::{Derivation, Heights, How, Scene, Volume};
@@ -33,13 +34,13 @@ struct Fixture {
 
 impl Fixture {
     fn new() -> Self {
-        let mesh: &'static IcosahedralMesh = Box::leak(Box::new(IcosahedralMesh::new(3).unwrap()));
+        let (_, grid) = icosahedral(3);
         let folder = tempfile::tempdir().unwrap();
         Fixture {
             renderer: Arc::new(Renderer::new(2).unwrap()),
             writer: Arc::new(Writer::new(WriterOptions::new(folder.path())).unwrap()),
             scene: Arc::new(Scene::parse(SCENE).unwrap()),
-            grid: Arc::new(Grid::new(mesh.tables()).unwrap()),
+            grid: Arc::new(grid),
             layers: Arc::new(Layers::from_heights(&[0.0, 30e3, 90e3], 6.371e6).unwrap()),
             folder,
         }
@@ -76,27 +77,24 @@ impl Fixture {
     }
 
     /// Values of a step, in another layout at each.
-    fn values(&self, step: i64) -> (Vec<f64>, Shape, Location) {
-        let is_corner = step == 3;
-        let columns = if is_corner { self.grid.triangles() } else { self.grid.cells() };
-        let values = (0..3 * columns).map(|i| (i as f64 * 0.01 * step as f64).sin()).collect();
-        let shape = match step {
-            2 => Shape::cell_fastest(columns, 3),
-            _ => Shape::level_fastest(columns, 3),
+    fn values(&self, step: i64) -> Array {
+        let (columns, location) = match step {
+            3 => (self.grid.triangles(), Location::Corner),
+            _ => (self.grid.cells(), Location::Center),
         };
-        (values, shape, if is_corner { Location::Corner } else { Location::Center })
+        let shape = if step == 2 { Shape::cell_fastest } else { Shape::level_fastest }(columns, 3);
+        let value = |column: usize, layer: usize| ((3 * column + layer) as f64 * 0.01 * step as f64).sin();
+        Array::new(shape, true, location, None, value)
     }
 
     /// Bytes of the values of a step.
     fn bytes(&self, step: i64) -> u64 {
-        8 * self.values(step).0.len() as u64
+        self.values(step).values.bytes() as u64
     }
 
     /// The field of a step, in memory that is never given back.
     fn field(&self, step: i64) -> Field<'static> {
-        let (values, shape, location) = self.values(step);
-        let values: &'static [f64] = values.leak();
-        Field::new(values.into(), shape, location, None).unwrap()
+        Box::leak(Box::new(self.values(step))).field()
     }
 
     fn draw(&self, field: &Field) -> Frame {
@@ -122,14 +120,13 @@ fn pictures_are_those_of_the_fields_when_they_were_handed_over() {
     let mut background = fixture.background();
     let mut expected = Vec::new();
     for step in 1..=4 {
-        let (mut values, shape, location) = fixture.values(step);
-        let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
-        expected.push(fixture.draw(&field));
-        let accepted = fixture.submit(&mut background, step, &field).unwrap();
-        assert_eq!(accepted.bytes_copied, 8 * values.len() as u64);
+        let mut array = fixture.values(step);
+        expected.push(fixture.draw(&array.field()));
+        let accepted = fixture.submit(&mut background, step, &array.field()).unwrap();
+        assert_eq!(accepted.bytes_copied, fixture.bytes(step));
         assert!(accepted.copy_s > 0.0 && (step > 1 || accepted.waited_s == 0.0), "{accepted:?}");
         // The model computes on.
-        values.fill(f64::NAN);
+        array.fill(f64::NAN);
     }
     background.wait();
     assert_eq!(Arc::strong_count(&fixture.grid), 1, "the tables are the model's again");
@@ -231,17 +228,14 @@ fn all_that_a_scene_needs_is_copied_and_nothing_else() {
     let (cells, corners) = (fixture.grid.cells(), fixture.grid.triangles());
     for step in 1..=3 {
         let level = step as f64;
-        let mut center = vec![level; 3 * cells];
-        let mut corner = vec![-level as f32; 3 * corners];
-        let at_centers = Field::new(center.as_slice().into(), Shape::cell_fastest(cells, 3), Location::Center, None);
-        let at_corners = Field::level_fastest(&corner, 3, Location::Corner);
-        let (at_centers, at_corners) = (at_centers.unwrap(), at_corners.unwrap());
-        let fields = Fields::new([("more", at_centers), ("t", at_corners), ("q", at_centers), ("u", at_centers)])
-            .with_heights(at_centers);
+        let mut centers = Array::new(Shape::cell_fastest(cells, 3), true, Location::Center, None, |_, _| level);
+        let mut at_corners = Array::new(Shape::level_fastest(corners, 3), false, Location::Corner, None, |_, _| -level);
+        let (center, t) = (centers.field(), at_corners.field());
+        let fields = Fields::new([("more", center), ("t", t), ("q", center), ("u", center)]).with_heights(center);
         fixture.submit(&mut background, step, fields).unwrap();
         // The model computes on.
-        center.fill(f64::NAN);
-        corner.fill(f32::NAN);
+        centers.fill(f64::NAN);
+        at_corners.fill(f64::NAN);
         let center = |name: &str| (name.to_owned(), Location::Center, Some([level; 2]));
         let t = ("t".to_owned(), Location::Corner, Some([-level; 2]));
         let (seen, bytes) = receiver.recv().unwrap();

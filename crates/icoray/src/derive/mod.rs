@@ -113,14 +113,11 @@ impl DerivedFieldCache {
 
     /// A buffer in the highest precision of `of`; reuses a stored one of this precision.
     fn room_for(&self, of: &[Field]) -> OwnedReals {
-        let is_wide = of.iter().any(|field| matches!(field.samples(), Reals::F64(_)));
+        let widest = of.iter().find(|field| matches!(field.samples(), Reals::F64(_))).unwrap_or(&of[0]).samples();
         let mut memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
-        let found = memory.iter().position(|values| matches!(values, OwnedReals::F64(_)) == is_wide);
-        match (found, is_wide) {
-            (Some(at), _) => memory.swap_remove(at),
-            (None, true) => OwnedReals::F64(Vec::new()),
-            (None, false) => OwnedReals::F32(Vec::new()),
-        }
+        let is_wide = |values: &OwnedReals| matches!(values, OwnedReals::F64(_));
+        let found = memory.iter().position(|values| is_wide(values) == matches!(widest, Reals::F64(_)));
+        OwnedReals::buffer(widest, found.map(|at| memory.swap_remove(at)))
     }
 }
 
@@ -181,7 +178,10 @@ pub(crate) fn make(
 pub(crate) fn bytes(scene: &Scene, field: &Field) -> u64 {
     let value_bytes = if matches!(field.samples(), Reals::F32(_)) { size_of::<f32>() } else { size_of::<f64>() };
     let Shape { columns, layers, .. } = *field.shape();
-    (resolve::count_arrays(scene) * columns * layers * value_bytes) as u64
+    // A first frame is stored too.
+    let arrays = |(derived, _): &(&Derivation, String)| if matches!(derived.how, How::FromFirst(_)) { 2 } else { 1 };
+    let arrays: usize = needed_derivations(scene).iter().map(arrays).sum();
+    (arrays * columns * layers * value_bytes) as u64
 }
 
 /// The inputs of a derivation, all at the same location.

@@ -1,8 +1,8 @@
 //! Derived fields of synthetic ones, against their definitions, in all layouts, over threads and ranks.
 
 use super::*;
+use crate::common::{Array, on_ranks};
 use crate::ranks::Part;
-use crate::ranks::tests::on_ranks;
 use crate::render::Renderer;
 use icoray_grid::{Grid, IcosahedralMesh, Layers, Location};
 use icoray_scene::Opacity;
@@ -39,37 +39,8 @@ fn value(seed: usize, column: usize, layer: usize) -> f64 {
     }
 }
 
-/// A made field: its array, of one precision, and its shape.
-struct Array {
-    values: OwnedReals,
-    shape: Shape,
-    location: Location,
-}
-
-impl Array {
-    fn new(shape: Shape, is_wide: bool, location: Location, value: impl Fn(usize, usize) -> f64) -> Self {
-        let (_, last) = shape.extent().unwrap();
-        // Elements between columns are not read.
-        let mut values = vec![1e30; last as usize + 1];
-        for (column, layer) in places(shape.columns, shape.layers) {
-            let (inside, block) =
-                if shape.block == 0 { (column, 0) } else { (column % shape.block, column / shape.block) };
-            let at = shape.offset as isize
-                + inside as isize * shape.column_stride
-                + block as isize * shape.block_stride
-                + layer as isize * shape.layer_stride;
-            values[at as usize] = value(column, layer);
-        }
-        let values = match is_wide {
-            true => OwnedReals::F64(values),
-            false => OwnedReals::F32(values.into_iter().map(|v| v as f32).collect()),
-        };
-        Array { values, shape, location }
-    }
-
-    fn field(&self) -> Field<'_> {
-        Field::new(self.values.as_reals(), self.shape, self.location, Some(FILL)).unwrap()
-    }
+fn array(shape: Shape, is_wide: bool, location: Location, value: impl Fn(usize, usize) -> f64) -> Array {
+    Array::new(shape, is_wide, location, Some(FILL), value)
 }
 
 struct World {
@@ -91,7 +62,7 @@ impl World {
 
     /// A field over one of [`Self::shapes`], of [`value`]s at centres.
     fn array(&self, seed: usize, shape: usize, is_wide: bool) -> Array {
-        Array::new(self.shapes()[shape], is_wide, Location::Center, |c, l| value(seed, c, l))
+        array(self.shapes()[shape], is_wide, Location::Center, |c, l| value(seed, c, l))
     }
 
     /// The bits of the field `name` that is made of `fields` for `scene`.
@@ -146,7 +117,7 @@ fn values_are_those_of_the_definition_in_every_layout() {
         ([layerwise, blocked, padded], [false, false, true]),
         ([blocked, flat, layerwise], [true; 3]),
     ] {
-        let arrays = [0, 1, 2].map(|i| Array::new(shapes[i], wide[i], Location::Center, |c, l| value(i, c, l)));
+        let arrays = [0, 1, 2].map(|i| array(shapes[i], wide[i], Location::Center, |c, l| value(i, c, l)));
         let fields = Fields::new(["u", "v", "w"].into_iter().zip(arrays.iter().map(Array::field)));
         let is_wide = wide.contains(&true);
         let of = |i: usize, (c, l): (usize, usize)| arrays[i].field().value(c, l);
@@ -182,7 +153,7 @@ fn long_and_short_vectors_have_a_length() {
     let sizes = [1e300, 1e-300, 1e155, 1e-155, 1.0, 0.0, 5e-324, 1.7e308];
     let shape = Shape::level_fastest(12, LAYERS);
     let size = |c: usize, l: usize| sizes[(c * LAYERS + l) % sizes.len()];
-    let [u, v] = [3.0, -4.0].map(|k| Array::new(shape, true, Location::Center, |c, l| k / 4.0 * size(c, l)));
+    let [u, v] = [3.0, -4.0].map(|k| array(shape, true, Location::Center, |c, l| k / 4.0 * size(c, l)));
     let fields = Fields::new([("u", u.field()), ("v", v.field())]);
     let length = scene("length", &[("length", How::Magnitude(names(&["u", "v"])))]);
     let made = world.made("length", &length, &fields);
@@ -208,7 +179,7 @@ fn first_frames_are_remembered_by_field_and_shape() {
     let how = How::FromFirst("q".into());
     let of_q = scene("change", &[("change", how.clone())]);
     let at = |step: usize, shape: Shape, is_wide| {
-        let array = Array::new(shape, is_wide, Location::Center, |c, l| value(step, c, l));
+        let array = array(shape, is_wide, Location::Center, |c, l| value(step, c, l));
         let fields = Fields::new([("q", array.field())]);
         let found = world.make(&kept, &of_q, &fields, |found, made| (bits(found.get("change").unwrap()), made.bytes()));
         (array, found.unwrap())
@@ -270,7 +241,7 @@ fn errors_name_fields_that_do_not_fit() {
     let world = World::new(2, 1);
     let cells = world.mesh.cells();
     let array = |columns, layers, location| {
-        Array::new(Shape::level_fastest(columns, layers), false, location, |c, l| value(1, c, l))
+        array(Shape::level_fastest(columns, layers), false, location, |c, l| value(1, c, l))
     };
     let arrays = [
         array(cells, 3, Location::Center),
@@ -342,9 +313,9 @@ fn pictures_of_derived_fields_are_those_of_their_values() {
         let shape = Shape::cell_fastest(columns, LAYERS);
         let part = |step: usize| move |c: usize, l: usize| ((c * 7 + l * 3 + step * 11) % 100) as f64 / 100.0;
         for step in 1..4 {
-            let [now, then] = [step, 1].map(|step| Array::new(shape, false, location, part(step)));
+            let [now, then] = [step, 1].map(|step| array(shape, false, location, part(step)));
             let change = |c, l| now.field().value(c, l) - then.field().value(c, l);
-            let known = Array::new(shape, false, location, change);
+            let known = array(shape, false, location, change);
             let derived = scene("change", &[("change", How::FromFirst("q".into()))]);
             let plain = Scene { scenery: icoray_scene::Scenery::default(), ..derived.clone() };
             let draw = |scene: &Scene, field: &Field| {

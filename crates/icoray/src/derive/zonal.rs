@@ -12,7 +12,7 @@
 use super::run::load;
 use crate::fields::FieldLayout;
 use crate::ranges::reduce_parts;
-use crate::ranks::{Part, Ranks};
+use crate::ranks::Ranks;
 use crate::render::RenderInputs;
 use icoray_grid::threads::Threads;
 use icoray_grid::{Error, ErrorKind, Field, Location, Reals, Result};
@@ -150,7 +150,7 @@ impl<'c> Counted<'c> {
         match (self.field.location(), self.given.part) {
             (Location::Center, part) => part.is_none_or(|part| part.counts(column)),
             (Location::Corner, None) => self.given.grid.is_triangle(column as u32),
-            (Location::Corner, Some(part)) => Part::counts_triangle(part, column as u32),
+            (Location::Corner, Some(part)) => part.has(column as u32) && part.node().has_share(column),
         }
     }
 
@@ -182,9 +182,8 @@ impl<'c> Counted<'c> {
             a
         };
         let runs = (0..runs).into_par_iter().with_min_len(most);
-        let mine = || {
-            self.threads.run(|| runs.fold(|| (nothing(), Vec::new()), of_run).map(|(all, _)| all).reduce(nothing, both))
-        };
+        let sum = || runs.fold(|| (nothing(), Vec::new()), of_run).map(|(all, _)| all).reduce(nothing, both);
+        let mine = || Ok(self.threads.run(sum));
         reduce_parts(ranks, self.given.part, mine, both)
     }
 

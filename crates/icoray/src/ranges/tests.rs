@@ -1,8 +1,8 @@
 //! Ranges of made fields: alone, over parts, and from frame to frame.
 
 use super::*;
-use crate::ranks::tests::on_ranks;
-use icoray_grid::{Grid, IcosahedralMesh, Location, Shape};
+use crate::common::{icosahedral, on_ranks};
+use icoray_grid::{Location, Shape};
 use icoray_test_support::Random;
 
 fn scene(range: &str, more: &str) -> Scene {
@@ -172,8 +172,7 @@ fn a_scene_with_a_range_of_its_own_is_not_touched() {
 /// Parts of a grid on several ranks find, to the last bit, the range that one process finds.
 #[test]
 fn parts_find_the_range_of_the_whole() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
+    let (_, grid) = icosahedral(3);
     let values: Vec<f64> = (0..grid.cells() * 2).map(|i| ((i * 7919) % 3001) as f64).collect();
     let field = Field::level_fastest(&values, 2, Location::Center).unwrap();
     let scene = scene("{ percentile = [2, 97] }", "");

@@ -1,6 +1,6 @@
 //! The model's description of a rank's cells and corners: their ownership and their numbers in the whole grid.
 
-use icoray_grid::{Error, ErrorKind, Grid, Indices, Result};
+use icoray_grid::{ColumnCount, Error, ErrorKind, Grid, Indices, Location, Result};
 
 /// Marks the number of a missing cell.
 pub(super) const NONE: u64 = u64::MAX;
@@ -38,35 +38,11 @@ pub struct PartCorners<'a> {
     pub owned: Owned<'a>,
 }
 
-/// The location of columns.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum ColumnKind {
-    Cell,
-    Corner,
-}
-
-impl ColumnKind {
-    pub fn name(self) -> &'static str {
-        match self {
-            ColumnKind::Cell => "cell",
-            ColumnKind::Corner => "corner",
-        }
-    }
-
-    /// Names of the tables of numbers and of marks.
-    fn tables(self) -> [&'static str; 2] {
-        match self {
-            ColumnKind::Cell => ["cell_global", "is_owned"],
-            ColumnKind::Corner => ["corner_global", "is_corner_owned"],
-        }
-    }
-
-    /// Rows in the tables of `grid`.
-    pub fn rows(self, grid: &Grid) -> usize {
-        match self {
-            ColumnKind::Cell => grid.cells(),
-            ColumnKind::Corner => grid.triangles(),
-        }
+/// Names of a cell or a corner, of the table of numbers and of that of marks.
+pub(super) fn names(location: Location) -> [&'static str; 3] {
+    match location {
+        Location::Center => ["cell", "cell_global", "is_owned"],
+        Location::Corner => ["corner", "corner_global", "is_corner_owned"],
     }
 }
 
@@ -82,7 +58,7 @@ impl PartCorners<'_> {
     /// Checks that these are all corners of `grid`, all own and in the order of its tables.
     pub(super) fn check_all(&self, grid: &Grid) -> Result<()> {
         let base = i64::from(grid.tables().index_base);
-        let Numbered { global, is_own } = Numbered::of_part(ColumnKind::Corner, self.global, self.owned, grid)?;
+        let Numbered { global, is_own } = Numbered::of_part(Location::Corner, self.global, self.owned, grid)?;
         let number = |corner: u64| corner as i64 + base;
         if let Some((row, other)) = (0u64..).zip(&global).find(|(row, corner)| row != *corner) {
             let (row, other) = (number(row), number(*other));
@@ -99,26 +75,26 @@ impl PartCorners<'_> {
 
 impl Numbered {
     /// Reads a row for each cell or corner of `grid`, the tables of a part.
-    pub fn of_part(kind: ColumnKind, global: Indices, owned: Owned, grid: &Grid) -> Result<Self> {
+    pub fn of_part(location: Location, global: Indices, owned: Owned, grid: &Grid) -> Result<Self> {
         let base = i64::from(grid.tables().index_base);
-        Numbered::new(kind, (global, owned), kind.rows(grid), base, None)
+        Numbered::new(location, (global, owned), ColumnCount::new(grid, location).columns, base, None)
     }
 
     /// Reads all rows, whose numbers are rows of the tables of `grid`.
-    pub fn of_rows(kind: ColumnKind, global: Indices, owned: Owned, grid: &Grid) -> Result<Self> {
-        let base = i64::from(grid.tables().index_base);
-        Numbered::new(kind, (global, owned), global.len(), base, Some(base + kind.rows(grid) as i64 - 1))
+    pub fn of_rows(location: Location, global: Indices, owned: Owned, grid: &Grid) -> Result<Self> {
+        let (base, rows) = (i64::from(grid.tables().index_base), ColumnCount::new(grid, location).columns);
+        Numbered::new(location, (global, owned), global.len(), base, Some(base + rows as i64 - 1))
     }
 
     /// Reads `rows` rows with distinct numbers from `base` to `last`, or without an upper bound.
     fn new(
-        kind: ColumnKind,
+        location: Location,
         (global, owned): (Indices, Owned),
         rows: usize,
         base: i64,
         last: Option<i64>,
     ) -> Result<Self> {
-        let (what, [numbers, marks]) = (kind.name(), kind.tables());
+        let [what, numbers, marks] = names(location);
         let count = |name: &str, len: usize| {
             let message = format!("{name}: {len} rows, expected {rows}, one per {what}");
             if len == rows { Ok(()) } else { Err(bad(message)) }
@@ -139,7 +115,7 @@ impl Numbered {
         let known = base..=last.unwrap_or(i64::MAX / 2);
         let mut read = Vec::with_capacity(rows);
         for (at, number) in global.iter().enumerate() {
-            if kind == ColumnKind::Cell && last.is_none() && number == base - 1 && !is_own[at] {
+            if location == Location::Center && last.is_none() && number == base - 1 && !is_own[at] {
                 read.push(NONE);
                 continue;
             }

@@ -21,6 +21,7 @@ use crate::fields::Fields;
 use icoray_grid::heights::check_corner_columns;
 use icoray_grid::threads::Threads;
 use icoray_grid::{ColumnCount, Error, ErrorKind, Field, Grid, Layers, Location, Reals, Result};
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
@@ -45,7 +46,7 @@ pub struct Columns {
     cells: usize,
     node: NodeRanks,
     /// If ranks have the whole grid's tables, a rank of each other node, which receives own columns.
-    partners: Vec<usize>,
+    partners: BTreeSet<usize>,
     /// The mesh that is drawn if ranks have parts; `None` if they have the whole grid's tables.
     node_grid: Option<Arc<NodeGrid>>,
     /// Corners whose values other ranks have, if ranks have parts.
@@ -87,7 +88,7 @@ impl Columns {
         node_grid.part = if is_one { None } else { Some(Part::of_node(ranks, &mesh, &node)?) };
         ranks.keep_node(mesh_numbers);
         let node_grid = Some(Arc::new(node_grid));
-        let (has_corner_numbers, partners) = (own_corners.is_some(), Vec::new());
+        let (has_corner_numbers, partners) = (own_corners.is_some(), BTreeSet::new());
         Ok(Columns { center, corner, has_corner_numbers, cells: grid.cells(), node, partners, node_grid, halo })
     }
 

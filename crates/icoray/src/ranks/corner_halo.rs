@@ -45,7 +45,12 @@ impl CornerHalo {
                 let wanted: Vec<u64> = around.iter().map(|corner| own.numbers()[*corner as usize]).collect();
                 own.find_owners(ranks, &wanted)?
             }
-            None => around.iter().map(|corner| numbers.owner_of_corner(*corner as usize)).collect(),
+            None => {
+                // The owner of the first cell of a row; this rank if the row has no cell.
+                let first = |corner: &u32| numbers.cells_at(*corner as usize).into_iter().flatten().next();
+                let owner = |corner| first(corner).map_or(numbers.rank as u32, |cell| numbers.owner[cell]);
+                around.iter().map(owner).collect()
+            }
         };
         let (mut asked, mut requests) = (RankLists::<Corner>::new(), RankLists::<u32>::new());
         for (corner, owner) in around.into_iter().zip(owners).filter(|(_, owner)| *owner as usize != numbers.rank) {
@@ -114,13 +119,5 @@ impl CornerHalo {
     pub fn field<'h>(&self, field: &Field, halo: &'h OwnedReals) -> Result<Field<'h>> {
         let shape = Shape::level_fastest(self.receives.values().sum(), field.shape().layers);
         Field::new(halo.as_reals(), shape, field.location(), field.fill())
-    }
-}
-
-impl Numbers<'_> {
-    /// The rank that owns the first cell of a corner's row; this rank if the row has no cell.
-    fn owner_of_corner(&self, corner: usize) -> u32 {
-        let first = self.cells_at(corner).into_iter().flatten().next();
-        first.map_or(self.rank as u32, |cell| self.owner[cell])
     }
 }

@@ -9,7 +9,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, unbounded};
 use icoray_grid::threads::Threads;
 use icoray_grid::{Error, Result};
 use icoray_kernel::Counts;
-use icoray_output::{ErrorSummary, RanksReport, SamplingReport};
+use icoray_output::{ErrorSummary, SamplingReport};
 use icoray_scene::Quality;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -48,12 +48,6 @@ pub(crate) struct TileShare<'t> {
     /// Seconds of this rank's earlier drawing of the same picture, and the counts of its rays.
     pub earlier_s: f64,
     pub earlier_counts: Counts,
-}
-
-impl TileShare<'_> {
-    fn tiles_of(&self, rank: usize) -> usize {
-        self.owners.iter().filter(|owner| **owner as usize == rank).count()
-    }
 }
 
 /// What ranks report to rank 0 beside their tiles.
@@ -97,14 +91,17 @@ pub(crate) struct GatheredTiles {
 }
 
 /// The summary of a frame that rank 0 broadcasts.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(crate) struct FrameSummary {
     pub error: ErrorSummary,
-    pub counts: Counts,
+    /// As [`Counts::numbers`].
+    pub counts: [u64; 7],
     pub edge_pixels: u64,
     pub sampling: SamplingReport,
     /// Seconds, balance and bytes of the gathering.
-    pub ranks: RanksReport,
+    pub gather_s: f64,
+    pub balance: f64,
+    pub bytes_received: u64,
 }
 
 impl Default for GatheredTiles {
@@ -171,7 +168,7 @@ impl Ranks {
     }
 
     /// Calls `draw` for this rank's tiles on `threads`, and sends each tile to rank 0 as soon as it is drawn. On rank
-    /// 0, a failure of any rank is the result; on other ranks the result covers sending only, and [`Self::conclude`]
+    /// 0, a failure of any rank is the result; on other ranks the result covers sending only, and [`Self::hear_root`]
     /// returns the outcome. Rank 0 receives a message per tile and one per failure; seconds, counts and errors are joined
     /// on the way to it.
     pub(crate) fn gather(
@@ -200,7 +197,7 @@ impl Ranks {
         let mut gather_s = 0.0;
         if team.rank() != 0 {
             let sent = threads.run_with(on_threads, || send(team, &drawn))?;
-            if sent < share.tiles_of(team.rank()) {
+            if sent < share.owners.iter().filter(|owner| **owner as usize == team.rank()).count() {
                 team.send(packed::end())?;
             }
             while !team.is_sent()? {
@@ -209,7 +206,7 @@ impl Ranks {
         } else {
             threads.run_with(on_threads, || received.take(team, &drawn))?;
             let waiting = Instant::now();
-            while !received.are_whole() {
+            while received.all_missing > 0 {
                 team.wait()?;
                 received.take_all(team)?;
             }
@@ -236,26 +233,6 @@ impl Ranks {
         tiles.iter_mut().take(1).for_each(|tile| tile.counts += Counts::of_numbers(counts));
         let balance = if most_s > 0.0 { sum / ranks as f64 / most_s } else { 1.0 };
         Ok(GatheredTiles { tiles, render_s, gather_s, balance, bytes_received })
-    }
-
-    /// Broadcasts rank 0's outcome of a frame, as [`Self::hear_root`] does.
-    pub(crate) fn conclude(&mut self, mine: Result<FrameSummary>) -> Result<FrameSummary> {
-        if self.team.is_none() {
-            return mine;
-        }
-        let summary = mine.map(|FrameSummary { error, counts, edge_pixels, sampling, ranks }| {
-            let gathering = (ranks.gather_s, ranks.balance, ranks.bytes_received);
-            (error, counts.numbers(), edge_pixels, sampling, gathering)
-        });
-        let (error, counts, edge_pixels, sampling, gathering) = self.hear_root(summary)?;
-        let (gather_s, balance, bytes_received) = gathering;
-        Ok(FrameSummary {
-            error,
-            counts: Counts::of_numbers(counts),
-            edge_pixels,
-            sampling,
-            ranks: RanksReport { gather_s, balance, bytes_received, ..RanksReport::default() },
-        })
     }
 
     /// Broadcasts the value of rank 0, or its error. An error of another rank is that rank's result only if rank 0 has
@@ -343,10 +320,5 @@ impl<'t> ReceivedTiles<'t> {
             }
         }
         Ok(())
-    }
-
-    /// Whether no rank has a message to send.
-    fn are_whole(&self) -> bool {
-        self.all_missing == 0
     }
 }

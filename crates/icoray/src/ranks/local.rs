@@ -9,7 +9,7 @@ use icoray_grid::Result;
 use std::collections::BTreeMap;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
-use std::sync::{Arc, Barrier, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
 /// The results of `work` on each rank of [`local_nodes`], a thread each.
@@ -110,7 +110,6 @@ pub struct LocalMessages {
     rank: usize,
     to: Arc<[Sender<Addressed>]>,
     from: Receiver<Addressed>,
-    barrier: Arc<Barrier>,
     meeting: Arc<AtomicUsize>,
     /// The count of the meeting at which all ranks have entered this rank's current one.
     awaited: Option<usize>,
@@ -123,12 +122,11 @@ pub struct LocalMessages {
 fn local_messages(size: usize) -> Vec<LocalMessages> {
     let one_of = || {
         let (to, from): (Vec<_>, Vec<_>) = (0..size).map(|_| unbounded()).unzip();
-        let (to, barrier, meeting): (Arc<[_]>, _, _) = (to.into(), Arc::new(Barrier::new(size)), Arc::default());
+        let (to, meeting): (Arc<[_]>, _) = (to.into(), Arc::default());
         from.into_iter().enumerate().map(move |(rank, from)| LocalMessages {
             rank,
             to: Arc::clone(&to),
             from,
-            barrier: Arc::clone(&barrier),
             meeting: Arc::clone(&meeting),
             awaited: None,
             meetings: 0,
@@ -170,11 +168,6 @@ impl Messages for LocalMessages {
             self.awaited = None;
         }
         Ok(have_met)
-    }
-
-    fn meet(&mut self) -> Result<()> {
-        self.barrier.wait();
-        Ok(())
     }
 
     fn duplicate(&mut self) -> Result<Box<dyn Messages>> {

@@ -15,8 +15,7 @@
 //!
 //! No message grows with the number of ranks, nor does the number that a rank sends: what all ranks contribute to is
 //! joined on the way to rank 0 ([`Team::reduce`]), ranks send each other only what is not empty ([`Team::exchange`]), and
-//! those of a node share what they need of each other ([`Team::share_among`]). [`Team::share`] is for columns over whole
-//! tables, and for probes.
+//! those of a node share what they need of each other ([`Team::share_among`]). [`Team::share`] is for probes.
 
 mod agree;
 mod cells;
@@ -213,4 +212,4 @@ impl fmt::Debug for Ranks {
 }
 
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;

@@ -101,11 +101,7 @@ impl NodeFields {
                 None => heights = Some(field),
             }
         }
-        let fields = Fields::new(named);
-        Ok(match heights {
-            Some(heights) => fields.with_heights(heights),
-            None => fields,
-        })
+        Ok(Fields::new(named).with_heights(heights))
     }
 
     /// Whether some of `fields` are averages of fields at corners.

@@ -79,13 +79,9 @@ impl NodeRanks {
         Ok(partners)
     }
 
-    /// A rank of each other node, which receives the columns of this one; all ranks are told all nodes. Collective.
-    pub fn of_all(&self, ranks: &mut Ranks) -> Result<Vec<usize>> {
-        let mut nodes: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for (rank, leader) in ranks.share_values(&self.leader())?.into_iter().enumerate() {
-            nodes.entry(leader).or_default().push(rank);
-        }
-        nodes.remove(&self.leader());
-        Ok(nodes.into_values().map(|of| of[self.place % of.len()]).collect())
+    /// A rank of each other node, which receives the columns of this one. Collective.
+    pub fn of_all(&self, ranks: &mut Ranks) -> Result<BTreeSet<usize>> {
+        let others = (0..ranks.size()).filter(|rank| !self.is_mate(*rank)).collect();
+        Ok(self.partners(ranks, &others)?.into_values().collect())
     }
 }

@@ -4,9 +4,9 @@
 //! the cell or corner in their halo look up. So no rank ever stores numbers of the whole grid, and ranks whose cells have
 //! close numbers, as models give them, exchange few messages.
 
-use super::cells::{ColumnKind, NONE, Numbered, PartCells, PartCorners};
+use super::cells::{NONE, Numbered, PartCells, PartCorners, names};
 use super::{RankLists, Ranks, bad};
-use icoray_grid::{Error, ErrorKind, Grid, Result};
+use icoray_grid::{Error, ErrorKind, Grid, Location, Result};
 use std::collections::{BTreeMap, HashMap};
 
 /// The ownership of cells that ranks with parts have agreed on.
@@ -20,13 +20,19 @@ pub(super) struct CellOwners {
 impl CellOwners {
     /// Agrees on the owner of each cell, which has all triangles around it. Collective; `grid` is this rank's own.
     pub fn agree(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
-        let numbered = ranks.collective_work(|| read(grid, cells))?;
         let (rows, base) = (0..grid.cells(), i64::from(grid.tables().index_base));
+        let numbered = ranks.collective_work(|| {
+            let numbered = Numbered::of_part(Location::Center, cells.global, cells.owned, grid)?;
+            let is_missing = |cell: &u32| numbered.global[*cell as usize] == NONE;
+            let Some(cell) = triangles(grid).flatten().find(is_missing) else { return Ok(numbered) };
+            let (row, none) = (i64::from(cell) + base, base - 1);
+            Err(bad(format!("cell_global row {row}: {none}, expected a number, as a triangle has this cell")))
+        })?;
         let own = rows.clone().filter(|cell| numbered.is_own[*cell]).map(|cell| numbered.global[cell]);
         let wanted: Vec<usize> = rows.filter(|cell| numbered.global[*cell] != NONE).collect();
         let numbers: Vec<u64> = wanted.iter().map(|cell| numbered.global[*cell]).collect();
         let nobodys = |rank, cell| format!("{cell} is in the halo of rank {rank}, but owned by no rank");
-        let found = find_owners(ranks, (ColumnKind::Cell, base), own, &numbers, nobodys)?;
+        let found = find_owners(ranks, (Location::Center, base), own, &numbers, nobodys)?;
         let mut owner = vec![u32::MAX; grid.cells()];
         wanted.into_iter().zip(found).for_each(|(cell, found)| owner[cell] = found);
         check_halos(ranks, grid, &numbered, &owner)?;
@@ -47,7 +53,7 @@ impl OwnCorners {
             return Ok(None);
         }
         let numbered = ranks.collective_work(|| match corners {
-            Some(corners) => Numbered::of_part(ColumnKind::Corner, corners.global, corners.owned, grid),
+            Some(corners) => Numbered::of_part(Location::Corner, corners.global, corners.owned, grid),
             None if grid.triangles() == 0 => Ok(Numbered::default()),
             None => Err(bad("corner_global: missing here and given on other ranks, expected on all or none".into())),
         })?;
@@ -68,20 +74,8 @@ impl OwnCorners {
         let marked = self.numbered.global.iter().zip(&self.numbered.is_own);
         let own = marked.filter(|(_, is_own)| **is_own).map(|(number, _)| *number);
         let nobodys = |_, corner| format!("{corner} is owned by no rank, expected one owner");
-        find_owners(ranks, (ColumnKind::Corner, self.base), own, wanted, nobodys)
+        find_owners(ranks, (Location::Corner, self.base), own, wanted, nobodys)
     }
-}
-
-/// Reads the numbers and marks of cells, and checks that all cells of triangles have numbers.
-fn read(grid: &Grid, cells: &PartCells) -> Result<Numbered> {
-    let base = i64::from(grid.tables().index_base);
-    let numbered = Numbered::of_part(ColumnKind::Cell, cells.global, cells.owned, grid)?;
-    let is_missing = |cell: &u32| numbered.global[*cell as usize] == NONE;
-    if let Some(cell) = triangles(grid).flatten().find(is_missing) {
-        let (row, none) = (i64::from(cell) + base, base - 1);
-        return Err(bad(format!("cell_global row {row}: {none}, expected a number, as a triangle has this cell")));
-    }
-    Ok(numbered)
 }
 
 /// The cells of each triangle.
@@ -97,11 +91,12 @@ fn triangles(grid: &Grid) -> impl Iterator<Item = [u32; 3]> {
 /// Equal on all ranks: [`ErrorKind::Grid`] if two ranks own a number, or none owns one that is wanted.
 pub(super) fn find_owners(
     ranks: &mut Ranks,
-    (kind, base): (ColumnKind, i64),
+    (location, base): (Location, i64),
     own: impl Iterator<Item = u64>,
     wanted: &[u64],
     nobodys: impl Fn(usize, String) -> String,
 ) -> Result<Vec<u32>> {
+    let [what, ..] = names(location);
     let own: Vec<u64> = own.collect();
     let range = own.iter().copied().min().zip(own.iter().copied().max());
     let range = ranks.reduce_values(range, |a, b| match (a, b) {
@@ -117,14 +112,14 @@ pub(super) fn find_owners(
     wanted.iter().for_each(|number| requested.entry(keeper(*number)).or_default().push(*number));
     let registered = ranks.exchange_lists(&registered)?;
     let requested = ranks.exchange_lists(&requested)?;
-    let name = |number: u64| format!("{} {}", kind.name(), number as i64 + base);
+    let name = |number: u64| format!("{what} {}", number as i64 + base);
     let answers = ranks.collective_work(|| {
         let mut owner = HashMap::new();
         for (rank, numbers) in registered {
             for number in numbers {
                 if let Some(other) = owner.insert(number, rank as u32) {
-                    let what = name(number);
-                    return Err(bad(format!("{what} is owned by ranks {other} and {rank}, expected one owner")));
+                    let number = name(number);
+                    return Err(bad(format!("{number} is owned by ranks {other} and {rank}, expected one owner")));
                 }
             }
         }
@@ -139,7 +134,7 @@ pub(super) fn find_owners(
     ranks.collective_work(|| {
         let mut answers: BTreeMap<_, _> =
             received.into_iter().map(|(rank, owners)| (rank, owners.into_iter())).collect();
-        let cut = || Error::new(ErrorKind::Mpi, format!("owners of {}s are cut short", kind.name()));
+        let cut = || Error::new(ErrorKind::Mpi, format!("owners of {what}s are cut short"));
         let mut next = |rank| answers.get_mut(&rank).and_then(Iterator::next).ok_or_else(cut);
         wanted.iter().map(|number| next(keeper(*number))).collect()
     })

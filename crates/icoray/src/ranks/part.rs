@@ -11,7 +11,6 @@ use super::mesh::NodeMesh;
 use super::node_ranks::NodeRanks;
 use super::{RankLists, Ranks};
 use crate::device::OwnedColumns;
-use crate::ranges::union;
 use bytemuck::Pod;
 use icoray_grid::{CenterField, Error, ErrorKind, Grid, OwnedReals, Result};
 use icoray_kernel::owned_region::OwnedRegion;
@@ -70,7 +69,7 @@ impl Part {
         let lowest = |triangle: u32| grid.triangle(triangle).into_iter().min().unwrap_or(0);
         let owns = |triangle: u32| grid.is_triangle(triangle) && owns_cell[lowest(triangle) as usize];
         let owns_triangle = (0..grid.triangles() as u32).map(owns).collect();
-        let part = Part {
+        let mut part = Part {
             numbers,
             region: OwnedRegion::new(grid, owns_triangle),
             owns_cell,
@@ -80,7 +79,13 @@ impl Part {
             cells: 0,
             node,
         };
-        part.with_totals(ranks, grid)
+        // Each part counts once.
+        let mine = if part.node.is_leader() { part.extent(grid) } else { (1.0, 0.0, 0) };
+        let both = |a: (f64, f64, u64), b: (f64, f64, u64)| (a.0.min(b.0), a.1 + b.1, a.2 + b.2);
+        let (lowest_facet, area, cells) = ranks.reduce_values(mine, both)?;
+        part.region.lower_facet(lowest_facet);
+        (part.covered, part.cells) = (area / (4.0 * PI), cells);
+        Ok(part)
     }
 
     /// Number of own cells, summed over all ranks.
@@ -106,11 +111,6 @@ impl Part {
     /// A cell's number in the whole grid, from 0.
     pub fn number(&self, cell: usize) -> u64 {
         self.numbers[cell]
-    }
-
-    /// As [`Self::counts`], for a triangle; false for numbers out of range.
-    pub fn counts_triangle(&self, triangle: u32) -> bool {
-        self.has(triangle) && self.node.has_share(triangle as usize)
     }
 
     /// Whether a cell is this part's own.
@@ -175,24 +175,6 @@ impl Part {
             OwnedReals::F32(values) => self.fill_halo(ranks, values, |values, cell| &mut values[row(cell)]),
             OwnedReals::F64(values) => self.fill_halo(ranks, values, |values, cell| &mut values[row(cell)]),
         }
-    }
-
-    /// Combines this part's range of values and number of missing ones with those of all other parts. Collective.
-    pub fn whole_range(
-        ranks: &mut Ranks,
-        (range, missing): (Option<[f64; 2]>, u64),
-    ) -> Result<(Option<[f64; 2]>, u64)> {
-        ranks.reduce_values((range, missing), |(a, missing), (b, others)| (union(a, b), missing + others))
-    }
-
-    /// Sums the own cells and the areas of own triangles over all ranks, each part once. Collective.
-    fn with_totals(mut self, ranks: &mut Ranks, grid: &Grid) -> Result<Self> {
-        let mine = if self.node.is_leader() { self.extent(grid) } else { (1.0, 0.0, 0) };
-        let both = |a: (f64, f64, u64), b: (f64, f64, u64)| (a.0.min(b.0), a.1 + b.1, a.2 + b.2);
-        let (lowest_facet, area, cells) = ranks.reduce_values(mine, both)?;
-        self.region.lower_facet(lowest_facet);
-        (self.covered, self.cells) = (area / (4.0 * PI), cells);
-        Ok(self)
     }
 
     /// The lowest radius of own facets, the solid angle of own triangles and the number of own cells.

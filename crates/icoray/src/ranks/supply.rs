@@ -154,15 +154,20 @@ impl ColumnLookup {
         let is_reporter =
             |row: usize| mesh.reporter.get(row).map_or(node.is_leader(), |rank| *rank as usize == self.rank);
         let listed = mesh.corners.iter().enumerate().filter(|(row, _)| is_reporter(*row));
-        let suppliers: Vec<(u32, Corner, usize)> = match own_corners {
-            None => listed.filter_map(|(row, c)| Some((row as u32, *c, mesh.supplier(c)?))).collect(),
+        let rows: Vec<(u32, Corner)> = listed.map(|(row, corner)| (row as u32, *corner)).collect();
+        let owners: Vec<Option<u32>> = match own_corners {
+            None => {
+                let first = |corner: &Corner| corner.cells().into_iter().flatten().next();
+                let owner = |(_, corner): &(u32, Corner)| Some(mesh.owner[mesh.row(first(corner)?)? as usize]);
+                rows.iter().map(owner).collect()
+            }
             Some(own) => {
-                let rows: Vec<(u32, Corner)> = listed.map(|(row, corner)| (row as u32, *corner)).collect();
                 let wanted: Vec<u64> = rows.iter().filter_map(|(_, corner)| corner.number()).collect();
-                let owners = own.find_owners(ranks, &wanted)?;
-                rows.into_iter().zip(owners).map(|((row, corner), owner)| (row, corner, owner as usize)).collect()
+                own.find_owners(ranks, &wanted)?.into_iter().map(Some).collect()
             }
         };
+        let suppliers = rows.into_iter().zip(owners);
+        let suppliers = suppliers.filter_map(|((row, corner), owner)| Some((row, corner, owner? as usize)));
         let mut requests = RankLists::new();
         for (row, corner, rank) in suppliers {
             requests.entry(rank).or_default().push((row, corner));

@@ -63,7 +63,8 @@ pub struct Team {
     pub(super) pieces: Pieces,
     pub(super) place: Place,
     pub(super) sharing: Sharing,
-    fan_out: usize,
+    /// Maximum number of children of a rank.
+    pub(super) fan_out: usize,
     /// Number of the last collective call.
     call: u64,
     /// Messages that arrived before their turn.
@@ -409,13 +410,5 @@ impl Team {
             pause(start);
         }
         Ok(())
-    }
-}
-
-#[cfg(test)]
-impl Team {
-    /// The same ranks in a tree with fewer children per rank, so that few ranks form many levels.
-    pub fn with_fan_out(self, fan_out: usize) -> Self {
-        Team { fan_out, ..self }
     }
 }

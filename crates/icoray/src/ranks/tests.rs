@@ -1,11 +1,13 @@
 //! Ranks that are threads: the same picture to the bit, and the same error on all.
 
 use super::*;
+use crate::common::{FAR, Model, at_centers, bits, even_heights, on_nodes, on_ranks, over_columns, pictures};
 use crate::fields::Fields;
 use crate::raster::{Pixel, Raster, Tile, Tiling};
-use crate::render::{Rendered, Renderer};
+use crate::render::Renderer;
+use crate::spread::Rows;
 use icoray_grid::threads::Threads;
-use icoray_grid::{ErrorKind, Field, Grid, IcosahedralMesh, Layers, Location};
+use icoray_grid::{ErrorKind, Field, Grid, IcosahedralMesh, Layers};
 use icoray_kernel::Counts;
 use icoray_output::{Frame, FrameReport};
 use icoray_scene::{Scene, Volume};
@@ -22,98 +24,46 @@ mod votes;
 
 const LAYERS: usize = 3;
 
-struct ModelData {
-    mesh: IcosahedralMesh,
-    layers: Layers,
-    values: Vec<f32>,
+fn model() -> Model {
+    let value = |cell: usize, layer: usize| ((cell * LAYERS + layer) as f64 * 0.37).sin() + layer as f64;
+    Model::new(3, &even_heights(LAYERS, 20e3 / 6.371e6), |cell, _, layer| [value(cell, layer)])
 }
 
-impl ModelData {
-    fn new() -> Self {
-        let mesh = IcosahedralMesh::new(3).unwrap();
-        let layers = Layers::from_heights(&[0.0, 10e3, 20e3], 6.371e6).unwrap();
-        let value = |i: usize| (i as f32 * 0.37).sin() + (i % LAYERS) as f32;
-        let values = (0..mesh.cells() * LAYERS).map(value).collect();
-        ModelData { mesh, layers, values }
-    }
-
-    fn field(&self) -> Field<'_> {
-        Field::level_fastest(&self.values, LAYERS, Location::Center).unwrap()
-    }
-}
-
+/// A scene in which `more` has further keys and, behind a bar, further tables.
 fn scene(width: u32, height: u32, more: &str) -> Scene {
-    Scene::parse(&format!(
-        "field = \"q\"\nexaggeration = 40\n{more}\n[image]\nwidth = {width}\nheight = {height}\n\
-         [camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n\
-         [transfer]\nmap = \"viridis\"\nrange = [-1, 3]\nopacity = [[-1, 0.8], [0, 0.1], [3, 0.9]]\n"
-    ))
-    .unwrap()
+    let transfer = "map = \"viridis\"\nrange = [-1, 3]\nopacity = [[-1, 0.8], [0, 0.1], [3, 0.9]]";
+    let keys = format!("exaggeration = 40\nimage = {{ width = {width}, height = {height} }}\n{more}");
+    crate::common::scene(FAR, transfer, &keys)
 }
 
-/// The results of `work` on each rank of one node, a thread each.
-pub(crate) fn on_ranks<R: Send>(size: usize, work: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
-    on_nodes(&vec![0; size], work)
-}
-
-/// The same on several nodes.
-fn on_nodes<R: Send>(node_of: &[usize], work: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
-    on_local_nodes(node_of, |team| work(&mut Ranks::new(team)))
-}
-
-/// Two frames over `size` ranks: dealt blindly, then by cost. The picture, and the reports of the others.
-fn together(model: &ModelData, scene: &Scene, size: usize) -> [(Frame, Vec<FrameReport>); 2] {
-    let frames = on_ranks(size, |ranks| {
-        let grid = Grid::new(model.mesh.tables()).unwrap();
+/// Two frames over `size` ranks: dealt blindly, then by cost. The picture, and the reports of all.
+fn together(model: &Model, scene: &Scene, size: usize) -> [(Frame, Vec<FrameReport>); 2] {
+    pictures(on_ranks(size, |ranks| {
         let renderer = Renderer::new(1 + ranks.rank() % 2).unwrap();
-        [(); 2].map(|()| renderer.render_over(ranks, scene, &grid, &model.layers, &model.field()).unwrap())
-    });
-    let mut all = [Vec::new(), Vec::new()];
-    for [first, second] in frames {
-        all[0].push(first);
-        all[1].push(second);
-    }
-    all.map(picture)
-}
-
-/// The picture, which is rank 0's, and the reports of the others.
-pub(crate) fn picture(rendered: Vec<Rendered>) -> (Frame, Vec<FrameReport>) {
-    let mut rendered = rendered.into_iter();
-    let Some(Rendered::Here(frame)) = rendered.next() else { panic!("no picture at rank 0") };
-    let others = rendered.map(|other| match other {
-        Rendered::AtRoot(report) => report,
-        Rendered::Here(_) => panic!("a picture that is not at rank 0"),
-    });
-    (frame, others.collect())
-}
-
-fn bits(frame: &Frame) -> Vec<[u32; 5]> {
-    let pixels = frame.pixels.iter().zip(&frame.error);
-    pixels.map(|([r, g, b, a], e)| [r, g, b, a, e].map(|value| value.to_bits())).collect()
+        [(); 2].map(|()| model.draw_over(&renderer, scene, ranks).unwrap())
+    }))
 }
 
 #[test]
 fn a_shared_picture_is_that_of_one_to_the_bit() {
-    let model = ModelData::new();
-    let grid = Grid::new(model.mesh.tables()).unwrap();
-    let renderer = Renderer::new(2).unwrap();
+    let model = model();
     for (width, height, more) in
-        [(97, 61, ""), (64, 64, "[light]\nkind = \"headlight\""), (1, 1, ""), (5, 90, "precision = \"f64\"")]
+        [(97, 61, ""), (64, 64, "|[light]\nkind = \"headlight\""), (1, 1, ""), (5, 90, "precision = \"f64\"")]
     {
         let scene = scene(width, height, more);
-        let one = renderer.render(&scene, &grid, &model.layers, &model.field()).unwrap();
+        let one = model.draw(&scene);
         assert_eq!((one.report.ranks.count, one.report.ranks.bytes_received), (1, 0));
         for size in [1, 2, 3, 4, 8] {
-            for (frame, others) in together(&model, &scene, size) {
+            for (frame, reports) in together(&model, &scene, size) {
                 assert_eq!(bits(&frame), bits(&one), "{width} x {height} over {size} ranks");
                 let report = &frame.report;
-                assert_eq!((report.ranks.count, others.len()), (size, size - 1));
+                assert_eq!((report.ranks.count, reports.len()), (size, size));
                 assert_eq!((report.counts, report.error), (one.report.counts, one.report.error));
                 let balance = report.ranks.balance;
                 assert!(balance > 0.0 && balance <= 1.0 + 1e-9, "{balance}");
-                let tiles = report.ranks.tiles + others.iter().map(|other| other.ranks.tiles).sum::<usize>();
+                let tiles = reports.iter().map(|report| report.ranks.tiles).sum::<usize>();
                 assert_eq!(tiles, one.report.ranks.tiles);
-                for other in &others {
+                for other in &reports {
                     assert_eq!((other.counts, other.error), (report.counts, report.error));
                     assert_eq!(other.ranks.bytes_received, report.ranks.bytes_received);
                 }
@@ -130,31 +80,27 @@ fn a_shared_picture_is_that_of_one_to_the_bit() {
 
 #[test]
 fn within_a_budget_all_ranks_draw_the_quality_of_rank_0() {
-    let model = ModelData::new();
-    let scene = scene(600, 400, "time_budget_ms = 1\n[light]\nkind = \"headlight\"");
-    for (frame, others) in together(&model, &scene, 3) {
+    let model = model();
+    let scene = scene(600, 400, "time_budget_ms = 1|[light]\nkind = \"headlight\"");
+    for (frame, reports) in together(&model, &scene, 3) {
         assert!(frame.report.quality.pixel_step > 1, "{}", frame.report.quality);
-        assert!(others.iter().all(|other| other.quality == frame.report.quality));
+        assert!(reports.iter().all(|report| report.quality == frame.report.quality));
         assert_eq!(frame.pixels.len(), 600 * 400);
     }
 }
 
 /// The error of each rank, if rank `odd` draws the model and the scene modified by `spoil`.
-fn errors(odd: usize, spoil: impl Fn(&mut ModelData, &mut Scene) + Sync) -> Vec<String> {
+fn errors(odd: usize, spoil: impl Fn(&mut Model, &mut Scene) + Sync) -> Vec<String> {
     on_ranks(3, |ranks| {
-        let (mut model, mut of) = (ModelData::new(), scene(70, 40, ""));
+        let (good, mut data, mut of) = (model(), model(), scene(70, 40, ""));
         if ranks.rank() == odd {
-            spoil(&mut model, &mut of);
+            spoil(&mut data, &mut of);
         }
-        let mesh = IcosahedralMesh::new(3).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
         let renderer = Renderer::new(1).unwrap();
-        let render = |ranks: &mut Ranks, model: &ModelData, of: &Scene| {
-            renderer.render_over(ranks, of, &grid, &model.layers, &model.field()).map(drop)
-        };
-        let error = render(ranks, &model, &of).unwrap_err().to_string();
+        let field = at_centers(&data.values[0], LAYERS);
+        let error = renderer.render_over(ranks, &of, &data.grid, &data.layers, &field).unwrap_err().to_string();
         // The next frame is drawn as if nothing had been.
-        render(ranks, &ModelData::new(), &scene(70, 40, "")).unwrap();
+        good.draw_over(&renderer, &scene(70, 40, ""), ranks).unwrap();
         error
     })
 }
@@ -165,18 +111,15 @@ fn an_error_on_one_rank_is_the_error_of_all() {
         let same = |errors: &[String], start: &str| {
             assert!(errors.iter().all(|e| *e == errors[0] && e.starts_with(start)), "{errors:?}");
         };
-        let few = |model: &mut ModelData, _: &mut Scene| {
-            model.mesh = IcosahedralMesh::new(2).unwrap();
-            model.values.truncate(model.mesh.cells() * LAYERS);
-        };
-        same(&errors(odd, few), &format!("bad field: rank {odd}: \"q\": 162 columns"));
-        let inside = |_: &mut ModelData, scene: &mut Scene| scene.exaggeration = -1e3;
+        let few = |model: &mut Model, _: &mut Scene| model.values[0].truncate(162 * LAYERS);
+        same(&errors(odd, few), &format!("bad field: rank {odd}: \"f\": 162 columns"));
+        let inside = |_: &mut Model, scene: &mut Scene| scene.exaggeration = -1e3;
         same(&errors(odd, inside), &format!("bad scene: rank {odd}: "));
         // A rank with another value disagrees with rank 0; if rank 0 has it, rank 1 is the first to differ.
-        let other = |model: &mut ModelData, _: &mut Scene| model.values[7] = 40.0;
-        same(&errors(odd, other), &format!("MPI: rank {}: {HAS_WHOLE} \"q\" with values of hash ", odd.max(1)));
-        let higher = |model: &mut ModelData, _: &mut Scene| {
-            model.layers = Layers::from_heights(&[0.0, 10e3, 21e3], 6.371e6).unwrap();
+        let other = |model: &mut Model, _: &mut Scene| model.values[0][7] = 40.0;
+        same(&errors(odd, other), &format!("MPI: rank {}: {HAS_WHOLE} \"f\" with values of hash ", odd.max(1)));
+        let higher = |model: &mut Model, _: &mut Scene| {
+            model.layers = Layers::from_heights(&even_heights(LAYERS, 21e3 / 6.371e6), 1.0).unwrap();
         };
         same(&errors(odd, higher), &format!("MPI: rank {}: has layers", odd.max(1)));
     }
@@ -185,21 +128,20 @@ fn an_error_on_one_rank_is_the_error_of_all() {
 /// Data of the same sizes and ranges: the tiles that a rank draws from them would not fit those of the others.
 #[test]
 fn ranks_with_other_tables_or_values_draw_no_picture() {
-    const TEXT: &str = "heights = \"native\"\n[[derive]]\nname = \"d\"\nsum = { t = 1, u = 2 }";
-    let model = ModelData::new();
-    let heights: Vec<f64> =
-        (0..model.values.len()).map(|i| (1e4 * (i % LAYERS) as f64) + (i / LAYERS) as f64).collect();
+    const TEXT: &str = "heights = \"native\"|[[derive]]\nname = \"d\"\nsum = { t = 1, u = 2 }";
+    let model = model();
+    let heights = over_columns(model.grid.cells(), LAYERS, |cell, layer| 1e4 * layer as f64 + cell as f64);
     type Change = fn(&mut IcosahedralMesh, &mut [Vec<f32>; 4], &mut Vec<f64>);
     let cases: [(Change, Option<&str>); 9] = [
         (|_, _, _| (), None),
         // 0 and -0, and all NaN, are one.
-        (|_, [q, ..], _| (q[5], q[8]) = (-0.0, f32::from_bits(f32::NAN.to_bits() ^ 5)), None),
+        (|_, [f, ..], _| (f[5], f[8]) = (-0.0, f32::from_bits(f32::NAN.to_bits() ^ 5)), None),
         (
             |mesh, _, _| mesh.lon_center_rad.iter_mut().for_each(|lon| *lon = (*lon + 0.5) % TAU),
             Some("table center of hash "),
         ),
         (|mesh, _, _| mesh.corner_edge[..3].rotate_left(1), Some("table corner_edge of hash ")),
-        (|_, [q, ..], _| q.reverse(), Some("\"q\" with values of hash ")),
+        (|_, [f, ..], _| f.reverse(), Some("\"f\" with values of hash ")),
         (|_, [_, t, ..], _| t.swap(0, 30), Some("\"d\" with values of hash ")),
         (|_, [.., v], _| v.reverse(), Some("\"v\" with values of hash ")),
         (|_, [_, _, u, _], _| u.reverse(), Some("\"d\" with values of hash ")),
@@ -209,17 +151,16 @@ fn ranks_with_other_tables_or_values_draw_no_picture() {
         for scheme in ["tiles", "fragments"] {
             let outcomes = on_ranks(3, |ranks| {
                 let mut mesh = IcosahedralMesh::new(3).unwrap();
-                let times = |factor: f32| model.values.iter().map(|value| factor * value).collect::<Vec<f32>>();
+                let times = |factor: f32| model.values[0].iter().map(|value| factor * value).collect::<Vec<f32>>();
                 let (mut fields, mut heights) = ([1.0, -1.0, 0.2, 0.5].map(times), heights.clone());
                 (fields[0][5], fields[0][8]) = (0.0, f32::NAN);
                 if ranks.rank() == 1 {
                     change(&mut mesh, &mut fields, &mut heights);
                 }
                 let grid = Grid::new(mesh.tables()).unwrap();
-                let of = |values| Field::new(values, *model.field().shape(), Location::Center, None).unwrap();
-                let [q, t, u, v] = fields.each_ref().map(|values| of(values.as_slice().into()));
-                let fields = Fields::new([("q", q), ("t", t), ("u", u), ("v", v)]);
-                let fields = fields.with_heights(of(heights.as_slice().into()));
+                let [f, t, u, v] = fields.each_ref().map(|values| at_centers(values, LAYERS));
+                let fields = Fields::new([("f", f), ("t", t), ("u", u), ("v", v)]);
+                let fields = fields.with_heights(at_centers(&heights, LAYERS));
                 let mut scene = scene(60, 40, &format!("ranks = \"{scheme}\"\n{TEXT}"));
                 for field in ["d", "v"] {
                     scene.volumes.push(Volume { field: field.into(), ..scene.volumes[0].clone() });
@@ -268,7 +209,7 @@ fn tiles_are_on_their_way_while_others_are_drawn() {
             }
         });
         assert_eq!(gathered.unwrap().tiles.len(), if rank == 0 { raster.tiles() as usize } else { 0 });
-        ranks.conclude(Ok(FrameSummary::default())).unwrap();
+        ranks.hear_root(Ok(FrameSummary::default())).unwrap();
     });
 }
 
@@ -301,7 +242,7 @@ fn unreadable_messages_are_an_error_and_no_hang() {
                 ranks.team.as_mut().unwrap().send(odd.to_vec()).unwrap();
             }
             let summary = ranks.gather(&threads, &share(&raster, &[0, 2]), |_| ()).map(|_| FrameSummary::default());
-            ranks.conclude(summary).unwrap_err().to_string()
+            ranks.hear_root(summary).unwrap_err().to_string()
         });
         assert!(outcomes.iter().all(|e| *e == outcomes[0] && e.starts_with("MPI: rank 2: ")), "{outcomes:?}");
     }
@@ -310,30 +251,26 @@ fn unreadable_messages_are_an_error_and_no_hang() {
 /// For any number of columns sent at once: one, some, all.
 #[test]
 fn nodes_put_a_field_together_in_rounds() {
-    let model = ModelData::new();
-    let cells = model.mesh.cells();
-    let global: Vec<i64> = (0..cells as i64).collect();
+    let model = model();
+    let (grid, values) = (&model.grid, &model.values[0]);
+    let cells = grid.cells();
     for node_of in [&[0, 1, 0, 2, 1][..], &[0, 0, 0], &[0, 1, 2]] {
         on_nodes(node_of, |ranks| {
             let (rank, size) = (ranks.rank(), ranks.size());
-            let grid = Grid::new(model.mesh.tables()).unwrap();
             // Unevenly: the first has half of them.
             let is_own = |cell: usize| (cell % (2 * size)).saturating_sub(size) == rank;
-            let owned: Vec<i32> = (0..cells).map(|cell| is_own(cell).into()).collect();
-            let all = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };
-            let columns = Columns::of_whole(ranks, &grid, &all, None).unwrap();
+            let all = Rows::new((0..cells).collect(), |cell| cell as i64, is_own);
+            let columns = Columns::of_whole(ranks, grid, &all.cells(), None).unwrap();
             let (threads, layers) = (Threads::new(1).unwrap(), Layers::from_heights(&[0.0, 1.0], 6e6).unwrap());
-            let inputs =
-                GatherInputs { threads: &threads, grid: &grid, layers: &layers, derivation_inputs: Vec::new() };
+            let inputs = GatherInputs { threads: &threads, grid, layers: &layers, derivation_inputs: Vec::new() };
             // Two of them, in other orders, and heights.
-            let backwards: Vec<f32> = model.values.iter().rev().copied().collect();
-            let heights: Vec<f64> = model.values.iter().map(|value| f64::from(*value) + 9.0).collect();
-            let of = |values| Field::new(values, *model.field().shape(), Location::Center, None).unwrap();
-            let fields = Fields::new([("a", model.field()), ("b", of(backwards.as_slice().into()))])
-                .with_heights(of(heights.as_slice().into()));
+            let backwards: Vec<f32> = values.iter().rev().copied().collect();
+            let heights: Vec<f64> = values.iter().map(|value| f64::from(*value) + 9.0).collect();
+            let fields = [("a", at_centers(values, LAYERS)), ("b", at_centers(&backwards, LAYERS))];
+            let fields = Fields::new(fields).with_heights(at_centers(&heights, LAYERS));
             for (most, is_refused) in [(1, false), (1, true), (1000, false), (1000, true), (usize::MAX / 2, false)] {
                 let (targets, bytes) = columns.targets(&inputs, &fields).unwrap();
-                assert_eq!(bytes, 2 * (4 * model.values.len()).next_multiple_of(8) + 8 * model.values.len());
+                assert_eq!(bytes, 2 * (4 * values.len()).next_multiple_of(8) + 8 * values.len());
                 let mut node = ranks.take_node(bytes).unwrap();
                 if is_refused {
                     // Ranks of the first node have their own memory.
@@ -357,8 +294,8 @@ fn nodes_put_a_field_together_in_rounds() {
                 };
                 let whole = gathered.fields().unwrap();
                 let [a, b] = ["a", "b"].map(|name| whole.get(name).unwrap());
-                let last = model.values.len() - 1;
-                for (i, value) in model.values.iter().enumerate() {
+                let last = values.len() - 1;
+                for (i, value) in values.iter().enumerate() {
                     let at = |field: &Field, i: usize| field.value(i / LAYERS, i % LAYERS);
                     let value = f64::from(*value);
                     assert_eq!([at(a, i), at(b, last - i)], [value; 2]);

@@ -58,19 +58,14 @@ impl Ranks {
         received.iter().map(|(rank, bytes)| Ok((*rank, decode(bytes)?))).collect()
     }
 
-    /// Every rank's value, in order of rank: for what each rank needs of all others. Collective.
-    pub(crate) fn share_values<T: Serialize + DeserializeOwned>(&mut self, mine: &T) -> Result<Vec<T>> {
-        self.share(&encode(mine))?.iter().map(|bytes| decode(bytes)).collect()
-    }
-
-    /// As [`Self::share_values`], of the values that `work` returns. If it fails or panics on any rank, that is the error
-    /// of all ranks. Collective.
+    /// The values that `work` returns on all ranks, in order of rank: for what each rank needs of all others. If it fails
+    /// or panics on any rank, that is the error of all ranks. Collective.
     pub(crate) fn share_work<T: Serialize + DeserializeOwned>(
         &mut self,
         work: impl FnOnce() -> Result<T>,
     ) -> Result<Vec<T>> {
         let mine = self.collective_work(work)?;
-        self.share_values(&mine)
+        self.share(&encode(&mine))?.iter().map(|bytes| decode(bytes)).collect()
     }
 
     /// The values of all ranks, joined by `join`, which is associative and commutative. Collective.

@@ -1,9 +1,10 @@
 //! A frame's scene, plan, grid and prepared fields.
 
-use super::frame_cache::{FrameCache, Range};
+use super::frame_cache::FrameCache;
 use super::prepared_field::PreparedField;
 use super::renderer::{DeviceChoice, Renderer};
 use crate::plan::Plan;
+use crate::ranges::RangeAndMissing;
 use crate::ranks::Part;
 use icoray_grid::{Grid, Layers};
 use icoray_kernel::Deviations;
@@ -43,7 +44,7 @@ pub(super) struct FrameContext<'f> {
 
 impl FrameContext<'_> {
     /// Least and greatest value of field `number` on this rank, and the number of missing values.
-    pub fn range(&self, number: usize) -> Range {
+    pub fn range(&self, number: usize) -> RangeAndMissing {
         let field = &self.fields[number];
         self.cache.range(&field.source(self.grid), || field.field().range())
     }

@@ -5,11 +5,12 @@ use super::context::FrameContext;
 use super::device::OnDevice;
 use super::lazy::Lazy;
 use super::levels::LevelRays;
+use super::picture;
 use super::prepare::FieldSummary;
 use super::prepared_field::PreparedField;
 use super::work::{Painter, Work, budget};
-use super::{frame_cache, picture};
 use crate::edges::Edges;
+use crate::ranges::RangeAndMissing;
 use crate::ranks::Ranks;
 use icoray_grid::Result;
 use icoray_kernel::general::RaySettings;
@@ -152,8 +153,8 @@ fn compare(context: &FrameContext, ranks: &mut Ranks, terrain: &Terrain) -> Resu
         let range = |number: usize| (fields[number].name(), renderer.run(|| context.range(number)));
         Ok((1..fields.len()).map(range).collect::<Vec<_>>())
     });
-    let facts = |found: &Vec<(&str, frame_cache::Range)>| {
-        let range_fact = |(name, (range, missing)): &(&str, frame_cache::Range)| {
+    let facts = |found: &Vec<(&str, RangeAndMissing)>| {
+        let range_fact = |(name, (range, missing)): &(&str, RangeAndMissing)| {
             ("has", format!("{name:?} of range and missing values {range:?} and {missing}"))
         };
         let [low, high] = terrain.core_radius.map(|radius| context.height_m(radius));

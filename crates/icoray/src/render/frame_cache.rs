@@ -3,6 +3,7 @@
 
 use super::levels::LevelCache;
 use crate::plan::FrameMemory;
+use crate::ranges::RangeAndMissing;
 use icoray_grid::gradient::PartialGradients;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::{CenterField, Field, Grid};
@@ -73,9 +74,6 @@ pub(super) struct NormalKey {
     pub layer: [usize; 2],
 }
 
-/// Least and greatest value, and the number of missing values.
-pub(super) type Range = (Option<[f64; 2]>, u64);
-
 /// Cached values of one kind with their keys, the oldest first.
 #[derive(Debug)]
 pub(super) struct CacheSlots<K, V> {
@@ -119,7 +117,7 @@ impl<K: PartialEq, V> CacheSlots<K, V> {
 /// The cached values that no frame is using. Of concurrent frames all but one find it empty.
 #[derive(Debug, Default)]
 pub(super) struct FrameCache {
-    ranges: CacheSlots<SourceKey, Range>,
+    ranges: CacheSlots<SourceKey, RangeAndMissing>,
     /// Fields at corners, averaged to the centres.
     pub averages: CacheSlots<SourceKey, CenterField>,
     /// Fields on other layers than their own.
@@ -159,7 +157,7 @@ impl FrameCache {
     }
 
     /// The range of the field; calls `find` if it is not cached.
-    pub fn range(&self, source: &SourceKey, find: impl FnOnce() -> Range) -> Range {
+    pub fn range(&self, source: &SourceKey, find: impl FnOnce() -> RangeAndMissing) -> RangeAndMissing {
         let range = self.ranges.take(source).unwrap_or_else(|_| find());
         self.ranges.store(source.clone(), range);
         range
@@ -169,8 +167,9 @@ impl FrameCache {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::common::{Model, at_centers, even_heights};
     use crate::render::Renderer;
-    use icoray_grid::{IcosahedralMesh, Layers, Location};
+    use icoray_grid::{IcosahedralMesh, Location};
     use icoray_scene::Scene;
 
     /// Values are found again for copies of the field over the same grid, once they were stored, and for no other.
@@ -203,11 +202,10 @@ mod tests {
     /// none.
     #[test]
     fn each_view_adds_the_gradients_that_it_needs() {
-        let mesh = IcosahedralMesh::new(5).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
-        let layers = Layers::from_heights(&[0.0, 100e3, 200e3], 6.371e6).unwrap();
-        let values: Vec<f32> = (0..mesh.cells() * 3).map(|i| (i as f32 * 0.37).sin().abs()).collect();
-        let field = Field::level_fastest(&values, 3, Location::Center).unwrap();
+        let value = |cell: usize, layer: usize| ((3 * cell + layer) as f64 * 0.37).sin().abs();
+        let heights = even_heights(3, 200e3 / 6.371e6);
+        let model = Model::new(5, &heights, |cell, _, layer| [value(cell, layer)]);
+        let (cells, field) = (model.grid.cells(), at_centers(&model.values[0], 3));
         let renderer = Renderer::new(1).unwrap();
         let computed = ["lon = 10, lat = 20", "lon = 10, lat = 20", "lon = 200, lat = -30"].map(|place| {
             let scene = Scene::parse(&format!(
@@ -217,13 +215,13 @@ mod tests {
                  light = {{ kind = 'headlight' }}
                  transfer = {{ range = [0, 1], opacity = [[0, 0.5], [1, 0.5]] }}"
             ));
-            renderer.render(&scene.unwrap(), &grid, &layers, &field).unwrap();
+            renderer.render(&scene.unwrap(), &model.grid, &model.layers, &field).unwrap();
             let entries = renderer.frame_cache.gradients.entries.lock().unwrap();
-            entries.last().expect("the gradients of the last picture").1.computed_cells(grid.cells())
+            entries.last().expect("the gradients of the last picture").1.computed_cells(cells)
         });
         let [first, again, both] = computed;
-        assert!(first > 50 && first < grid.cells() / 10, "{first} of {}", grid.cells());
+        assert!(first > 50 && first < cells / 10, "{first} of {cells}");
         assert_eq!(first, again);
-        assert!(both > first + 50 && both < grid.cells() / 5, "{both} of {}", grid.cells());
+        assert!(both > first + 50 && both < cells / 5, "{both} of {cells}");
     }
 }

@@ -1,12 +1,12 @@
 //! Whole pictures with a ground.
 
+use crate::common::{Model, even_heights};
 use crate::device::{Band, Device, DeviceCost, FallbackReason, Fragments, Job, OwnedColumns};
 use crate::plan::Savings;
 use crate::plan::budget::allowed;
 use crate::render::Renderer;
 use glam::DVec3;
 use icoray_grid::grid::unit_vector;
-use icoray_grid::{Field, Grid, IcosahedralMesh, Layers, Location};
 use icoray_kernel::ground::{Ground, SurfaceHit};
 use icoray_output::Frame;
 use icoray_scene::{Backend, Camera, Level, Lines, Pattern, Quality, Scene};
@@ -16,7 +16,7 @@ const LAND: [f64; 3] = [0.5, 0.25, 0.125];
 const SEA: [f64; 3] = [0.0, 0.125, 0.5];
 
 fn scene() -> Scene {
-    Scene::parse("field = 'q'\ntransfer = { range = [0, 1], opacity = [[0, 0], [1, 0]] }").unwrap()
+    Scene::parse("field = 'f'\ntransfer = { range = [0, 1], opacity = [[0, 0], [1, 0]] }").unwrap()
 }
 
 fn lines(pattern: Pattern, width_px: f64) -> Lines {
@@ -37,12 +37,9 @@ fn earth(size: u32) -> Scene {
 }
 
 fn draw(scene: &Scene, renderer: &Renderer) -> Frame {
-    let mesh = IcosahedralMesh::new(4).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
-    let layers = Layers::from_heights(&[0.0, 10e3, 20e3], 6.371e6).unwrap();
-    let values: Vec<f32> = (0..mesh.cells() * 3).map(|i| (i as f32 * 0.37).sin().abs()).collect();
-    let field = Field::level_fastest(&values, 3, Location::Center).unwrap();
-    renderer.render(scene, &grid, &layers, &field).unwrap()
+    let value = |cell: usize, layer: usize| ((3 * cell + layer) as f64 * 0.37).sin().abs();
+    let model = Model::new(4, &even_heights(3, 20e3 / 6.371e6), |cell, _, layer| [value(cell, layer)]);
+    model.draw_by(renderer, scene)
 }
 
 fn plainly() -> Renderer {

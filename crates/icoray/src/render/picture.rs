@@ -11,6 +11,7 @@ use crate::ranks::{FrameSummary, Ranks};
 use crate::raster::Raster;
 use crate::sampling::Sampled;
 use icoray_grid::Result;
+use icoray_kernel::Counts;
 use icoray_output::{ErrorSummary, Frame, FrameReport, Legend, RanksReport, SamplingReport, Timing};
 use icoray_scene::name::Stamp;
 use rayon::prelude::*;
@@ -56,7 +57,8 @@ pub(super) fn draw(
     let Rounds { render_s, between_ranks, .. } = rounds;
     let mut picture = None;
     let summary = ranks.attempt(|| {
-        let mut summary = FrameSummary { ranks: between_ranks, ..FrameSummary::default() };
+        let RanksReport { gather_s, balance, bytes_received, .. } = between_ranks;
+        let mut summary = FrameSummary { gather_s, balance, bytes_received, ..FrameSummary::default() };
         let Some(Sampled { drawn: (drawn, counts), edge_pixels, rays_per_pixel, error: off, summary: reported }) =
             sampled
         else {
@@ -67,17 +69,17 @@ pub(super) fn draw(
         let colors = || drawn.par_iter().map(|p| p.color).collect();
         let pixels: Vec<_>;
         (summary.error, pixels) = renderer.run(|| rayon::join(summarize, colors));
-        (summary.counts, summary.edge_pixels) = (counts, edge_pixels);
+        (summary.counts, summary.edge_pixels) = (counts.numbers(), edge_pixels);
         let cells_per_pixel = cells_per_pixel(scene, grid, part, work.radius);
         summary.sampling = SamplingReport { samples: scene.samples, rays_per_pixel, error: reported, cells_per_pixel };
         picture = Some((pixels, error, off));
         Ok(summary)
     });
-    let summary = ranks.conclude(summary)?;
+    let summary = ranks.hear_root(summary)?;
     let mut report = FrameReport {
         error: summary.error,
         timing: Timing { prepare_s, render_s: picked_s + render_s, ..Timing::default() },
-        counts: summary.counts,
+        counts: Counts::of_numbers(summary.counts),
         value_range: *value_range,
         missing_values: *missing_values,
         quality,
@@ -87,7 +89,10 @@ pub(super) fn draw(
         ranks: RanksReport {
             tiles: assignment.tiles_of(ranks.rank()).len(),
             compose_s: between_ranks.compose_s,
-            ..summary.ranks
+            gather_s: summary.gather_s,
+            balance: summary.balance,
+            bytes_received: summary.bytes_received,
+            ..RanksReport::default()
         },
         ..FrameReport::default()
     };

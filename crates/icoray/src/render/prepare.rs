@@ -2,7 +2,8 @@
 
 use super::context::FrameContext;
 use super::work::requested_quality;
-use crate::ranks::{Part, Ranks};
+use crate::ranges::{both_ranges, reduce_parts};
+use crate::ranks::Ranks;
 use crate::time_budget::Deadline;
 use icoray_grid::gradient::{self, GradientOptions, Gradients, PreparedSample};
 use icoray_grid::samples::Samples;
@@ -22,19 +23,14 @@ impl FieldSummary {
     /// The summary of the first field. Collective.
     pub fn of(context: &FrameContext, ranks: &mut Ranks) -> Result<Self> {
         let FrameContext { renderer, scene, plan, part, start, .. } = *context;
-        let mut range = ranks.collective_work(|| {
-            renderer.run(|| {
-                check_memory(context)?;
-                Ok(match part {
-                    Some(part) => context.fields[0].field().range_over(Some(&|cell| part.counts(cell))),
-                    None => context.range(0),
-                })
+        let range = || {
+            check_memory(context)?;
+            Ok(match part {
+                Some(part) => context.fields[0].field().range_over(Some(&|cell| part.counts(cell))),
+                None => context.range(0),
             })
-        })?;
-        if part.is_some() {
-            range = Part::whole_range(ranks, range)?;
-        }
-        let (value_range, missing_values) = range;
+        };
+        let (value_range, missing_values) = reduce_parts(ranks, part, || renderer.run(range), both_ranges)?;
         // Ranks that share a part divide its rays; those with other parts trace the same rays.
         let sharers = part.map_or(ranks.size(), |part| part.node().mates().len());
         let deadline = Deadline::of(scene, start, sharers);

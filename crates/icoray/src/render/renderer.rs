@@ -41,7 +41,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 #[derive(Debug)]
 pub struct Renderer {
     pub(crate) threads: Threads,
-    devices: Option<DeviceCache>,
+    devices: Option<Arc<dyn Devices>>,
+    /// The outcomes of all requests for a device so far.
+    opened: Mutex<HashMap<DeviceRequest, OpenedDevice>>,
     pub(super) savings: Savings,
     pub(super) integrates: bool,
     pub(super) has_levels: bool,
@@ -62,6 +64,7 @@ impl Renderer {
         Ok(Renderer {
             threads: Threads::new(threads)?,
             devices: None,
+            opened: Mutex::default(),
             savings: Savings::ALL,
             integrates: true,
             has_levels: false,
@@ -108,7 +111,7 @@ impl Renderer {
     /// Adds devices, which trace rays of scenes that request it ([`Scene::backend`]), as far as they support them.
     #[must_use]
     pub fn with_devices(self, devices: Arc<dyn Devices>) -> Self {
-        Renderer { devices: Some(DeviceCache::new(devices)), ..self }
+        Renderer { devices: Some(devices), opened: Mutex::default(), ..self }
     }
 
     /// Adds one device.
@@ -175,7 +178,7 @@ impl Renderer {
         if scene.backend == Backend::Cpu {
             return Err(None);
         }
-        let Some(opened) = &self.devices else {
+        let Some(devices) = &self.devices else {
             let reason = FallbackReason::new("this icoray was built without the GPU");
             return Err((scene.backend == Backend::Gpu).then_some(reason));
         };
@@ -190,7 +193,13 @@ impl Renderer {
         }
         let adapter = scene.device.clone();
         let wanted = DeviceRequest { adapter, or_processor: scene.backend == Backend::Gpu, node_rank };
-        opened.open(wanted).map_err(Some)
+        // A panic of the driver falls back to the CPU.
+        let open = |wanted: &DeviceRequest| {
+            let opened = Error::of_panics(|| Ok(devices.open(wanted)));
+            opened.unwrap_or_else(|panic| Err(FallbackReason::new(panic.to_string())))
+        };
+        let mut opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner);
+        opened.entry(wanted).or_insert_with_key(open).clone().map_err(Some)
     }
 }
 
@@ -199,29 +208,6 @@ pub(super) type DeviceChoice = Result<Arc<dyn Device>, Option<FallbackReason>>;
 
 /// The outcome of opening a device.
 type OpenedDevice = Result<Arc<dyn Device>, FallbackReason>;
-
-/// The outcomes of all requests so far.
-#[derive(Debug)]
-struct DeviceCache {
-    devices: Arc<dyn Devices>,
-    known: Mutex<HashMap<DeviceRequest, OpenedDevice>>,
-}
-
-impl DeviceCache {
-    fn new(devices: Arc<dyn Devices>) -> Self {
-        DeviceCache { devices, known: Mutex::default() }
-    }
-
-    fn open(&self, wanted: DeviceRequest) -> OpenedDevice {
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        // A panic of the driver falls back to the CPU.
-        let open = |wanted: &DeviceRequest| {
-            let opened = Error::of_panics(|| Ok(self.devices.open(wanted)));
-            opened.unwrap_or_else(|panic| Err(FallbackReason::new(panic.to_string())))
-        };
-        known.entry(wanted).or_insert_with_key(open).clone()
-    }
-}
 
 /// Returns the same device for every request.
 #[derive(Debug)]

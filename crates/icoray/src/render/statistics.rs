@@ -1,7 +1,7 @@
 //! Statistics of a field's values over all ranks.
 
 use super::renderer::Renderer;
-use crate::ranges::{added, union};
+use crate::ranges::{added, both_ranges};
 use crate::ranks::{Decomposition, Ranks};
 use icoray_grid::{Field, Result};
 use icoray_scene::{Statistic, Summary};
@@ -54,8 +54,7 @@ impl Renderer {
         bins: usize,
     ) -> Result<Histogram> {
         let range = |is_own: Option<IsOwn>| field.range_over(is_own);
-        let join = |(a, missing), (b, others)| (union(a, b), missing + others);
-        let (range, missing) = self.reduce_columns(ranks, field, decomposition, (None, 0), range, join)?;
+        let (range, missing) = self.reduce_columns(ranks, field, decomposition, (None, 0), range, both_ranges)?;
         let none = vec![0; bins];
         let Some(ends) = range else { return Ok(Histogram { range, counts: none, missing }) };
         let counts = |is_own: Option<IsOwn>| field.histogram_over(ends, bins, is_own);
@@ -90,24 +89,22 @@ type IsOwn<'c> = &'c (dyn Fn(usize) -> bool + Sync);
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ranks::tests::on_ranks;
-    use crate::ranks::{Owned, PartCells};
-    use icoray_grid::{Error, ErrorKind, Grid, IcosahedralMesh, Location};
+    use crate::common::{icosahedral, level_fastest, on_ranks, over_columns};
+    use crate::spread::Rows;
+    use icoray_grid::{Error, ErrorKind, Grid, Location};
 
     const ASKED: [Statistic; 3] = [Statistic::Min, Statistic::Max, Statistic::Mean];
     const LAYERS: usize = 3;
 
     /// Results of `make` on each of some ranks; each has a part or some columns of a field, or the whole of it.
     fn over<T: Send>(ranks: usize, make: impl Fn(&mut Ranks, &Grid) -> T + Sync) -> Vec<T> {
-        let mesh = IcosahedralMesh::new(2).unwrap();
-        let grid = Grid::new(mesh.tables()).unwrap();
+        let (_, grid) = icosahedral(2);
         on_ranks(ranks, |ranks| make(ranks, &grid))
     }
 
     /// A rank's number in each of its own columns, and what must not count in the others.
     fn values(columns: usize, rank: usize, is_own: impl Fn(usize) -> bool) -> Vec<f32> {
-        let value = |column| if is_own(column) { rank as f32 } else { 1e9 };
-        (0..columns * LAYERS).map(|at| value(at / LAYERS)).collect()
+        over_columns(columns, LAYERS, |column, _| if is_own(column) { rank as f32 } else { 1e9 })
     }
 
     fn summary_of(
@@ -116,17 +113,15 @@ mod tests {
         at: Location,
         decomposition: Option<&Decomposition>,
     ) -> Result<Summary> {
-        let field = Field::level_fastest(values, LAYERS, at).unwrap();
+        let field = level_fastest(values, LAYERS, at);
         Renderer::new(1).unwrap().summary(ranks, &field, decomposition, &ASKED)
     }
 
     /// Parts of the whole grid, of stretches of its cells.
     fn parts(ranks: &mut Ranks, grid: &Grid) -> Decomposition {
-        let global: Vec<i64> = (0..grid.cells() as i64).collect();
         let is_own = |cell: usize| cell * ranks.size() / grid.cells() == ranks.rank();
-        let marks: Vec<i32> = (0..grid.cells()).map(|cell| is_own(cell).into()).collect();
-        let said = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&marks) };
-        Decomposition::new(ranks, grid, &said).unwrap()
+        let rows = Rows::new((0..grid.cells()).collect(), |cell| cell as i64, is_own);
+        Decomposition::new(ranks, grid, &rows.cells()).unwrap()
     }
 
     fn numbers(summaries: Vec<Result<Summary>>) -> [f64; 3] {
@@ -140,13 +135,10 @@ mod tests {
         for location in [Location::Center, Location::Corner] {
             let found = over(3, |ranks, grid| {
                 let decomposition = parts(ranks, grid);
-                let (columns, number) = match location {
-                    Location::Center => (grid.cells(), ranks.rank()),
-                    Location::Corner => (grid.triangles(), ranks.rank()),
-                };
+                let columns = if location == Location::Center { grid.cells() } else { grid.triangles() };
+                let number = ranks.rank();
                 let zeros = vec![0.0f32; columns];
-                let zeros = Field::level_fastest(&zeros, 1, location).unwrap();
-                let is_own = decomposition.own_columns(&zeros).unwrap();
+                let is_own = decomposition.own_columns(&level_fastest(&zeros, 1, location)).unwrap();
                 let values = values(columns, number, |column| is_own[column]);
                 let own = values.iter().filter(|value| **value < 1e9).count();
                 ([own, own * number], summary_of(ranks, &values, location, Some(&decomposition)))
@@ -163,13 +155,12 @@ mod tests {
     fn columns_count_where_they_are_own() {
         let found = over(2, |ranks, grid| {
             // All but one of the columns on rank 0, with one that is not its own, and that one on rank 1.
-            let (rank, cells) = (ranks.rank(), grid.cells() as i64);
-            let global: Vec<i64> = if rank == 0 { (0..cells).collect() } else { vec![4] };
-            let marks: Vec<i32> = global.iter().map(|cell| ((*cell == 4) == (rank == 1)).into()).collect();
-            let said = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&marks) };
-            let decomposition = Decomposition::new(ranks, grid, &said).unwrap();
+            let rank = ranks.rank();
+            let cells = if rank == 0 { (0..grid.cells()).collect() } else { vec![4] };
+            let rows = Rows::new(cells, |cell| cell as i64, |cell| (cell == 4) == (rank == 1));
+            let decomposition = Decomposition::new(ranks, grid, &rows.cells()).unwrap();
             assert!(matches!(decomposition, Decomposition::Columns(_)));
-            let values = values(global.len(), 7 * rank, |column| marks[column] == 1);
+            let values = values(rows.rows.len(), 7 * rank, |column| rows.owned[column] == 1);
             summary_of(ranks, &values, Location::Center, Some(&decomposition))
         });
         let cells = 10.0 * 16.0 + 2.0;
@@ -207,8 +198,8 @@ mod tests {
             0 => f32::NAN,
             rest => (rest * 100 + cell) as f32,
         };
-        let values: Vec<f32> = (0..cells * LAYERS).map(|at| value(at / LAYERS, at % LAYERS)).collect();
-        let field = Field::level_fastest(&values, LAYERS, Location::Center).unwrap();
+        let values = over_columns(cells, LAYERS, value);
+        let field = level_fastest(&values, LAYERS, Location::Center);
         let renderer = Renderer::new(1).unwrap();
         let alone = renderer.histogram(&mut Ranks::alone(), &field, None, 16).unwrap();
         let known = values.iter().filter(|value| !value.is_nan()).count() as u64;

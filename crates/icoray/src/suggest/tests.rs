@@ -1,7 +1,7 @@
 //! Scenes for synthetic fields: the choice for each kind of distribution, and the keys of the text.
 
 use super::*;
-use icoray_grid::{IcosahedralMesh, Location};
+use crate::common::{at_centers, icosahedral, over_columns};
 use icoray_scene::{ColorRange, LightSource, Pattern, Scale, Scene};
 
 const HEIGHT_M: [f64; 6] = [0.0, 2e3, 4e3, 8e3, 12e3, 20e3];
@@ -9,14 +9,12 @@ const EARTH_M: f64 = 6.371e6;
 
 /// The text for values of longitude, latitude (radians) and height (m).
 fn text_for(value: impl Fn(f64, f64, f64) -> f64, options: &Options) -> Result<String> {
-    let mesh = IcosahedralMesh::new(4).unwrap();
-    let grid = Grid::new(mesh.tables()).unwrap();
-    let at = |cell: usize| (mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]);
-    let values: Vec<f64> =
-        (0..grid.cells()).flat_map(|cell| HEIGHT_M.map(|height| value(at(cell).0, at(cell).1, height))).collect();
-    let field = Field::level_fastest(&values, HEIGHT_M.len(), Location::Center).unwrap();
+    let (mesh, grid) = icosahedral(4);
+    let of_cell =
+        |cell: usize, layer: usize| value(mesh.lon_center_rad[cell], mesh.lat_center_rad[cell], HEIGHT_M[layer]);
+    let values = over_columns(grid.cells(), HEIGHT_M.len(), of_cell);
     let layers = Layers::from_heights(&HEIGHT_M, EARTH_M).unwrap();
-    scene("q", &grid, &layers, &field, options)
+    scene("q", &grid, &layers, &at_centers(&values, HEIGHT_M.len()), options)
 }
 
 fn scene_for(value: impl Fn(f64, f64, f64) -> f64, options: &Options) -> Scene {

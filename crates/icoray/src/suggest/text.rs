@@ -37,26 +37,20 @@ impl Suggested<'_> {
         let shown = if self.options.isosurface.is_some() { "one value" } else { self.look.kind.describe() };
         text += &comment(&format!("{}: {shown}", self.name));
         text.push('\n');
-        let parts = [
-            self.root(),
-            self.camera(),
-            self.derived(),
-            self.shown(),
-            self.cut(),
-            self.light(),
-            self.ground(),
-            self.labels(),
-        ];
-        for part in parts {
-            text += &part;
-        }
+        self.root(&mut text);
+        self.camera(&mut text);
+        self.derived(&mut text);
+        self.shown(&mut text);
+        self.cut(&mut text);
+        self.light(&mut text);
+        self.ground(&mut text);
+        self.labels(&mut text);
         text
     }
 
-    fn root(&self) -> String {
+    fn root(&self, text: &mut String) {
         let Options { tolerance, samples, backend, device, .. } = self.options;
-        let mut text = String::new();
-        let mut line = |key: &str, value: &str, what: &str| put(&mut text, key, value, what);
+        let mut line = |key: &str, value: &str, what: &str| put(text, key, value, what);
         line("field", &quoted(&self.shown_name()), "a variable of the model, or derived below");
         line("exaggeration", &number(self.exaggeration), "factor on heights; 1 is true to scale");
         let background = self.options.background.as_deref().unwrap_or("#0a0d11");
@@ -82,11 +76,10 @@ impl Suggested<'_> {
             None => (),
         }
         let (width, height) = self.size();
-        text += &format!("\n[image]\nwidth = {width}\nheight = {height}\n");
-        text
+        *text += &format!("\n[image]\nwidth = {width}\nheight = {height}\n");
     }
 
-    fn camera(&self) -> String {
+    fn camera(&self, text: &mut String) {
         let Options { lon_deg, lat_deg, distance, .. } = self.options;
         let outer = self.layers.radius_m().iter().copied().fold(0.0, f64::max) / self.layers.planet_radius_m();
         let radius = 1.0 + self.exaggeration * (outer - 1.0).max(0.0);
@@ -103,12 +96,11 @@ impl Suggested<'_> {
                 ([self.aim.lon_deg, self.aim.lat_deg], distance, why)
             }
         };
-        let mut text = "\n[camera]\n".to_owned();
-        put(&mut text, "lon", &number(lon_deg.unwrap_or(place[0])), why);
-        put(&mut text, "lat", &number(lat_deg.unwrap_or(place[1])), "degrees north");
-        put(&mut text, "distance", &number(distance.unwrap_or(farthest)), "from the planet's centre, planet radii");
-        put(&mut text, "fov", &number(FOV_DEG), "full vertical angle, degrees");
-        text
+        *text += "\n[camera]\n";
+        put(text, "lon", &number(lon_deg.unwrap_or(place[0])), why);
+        put(text, "lat", &number(lat_deg.unwrap_or(place[1])), "degrees north");
+        put(text, "distance", &number(distance.unwrap_or(farthest)), "from the planet's centre, planet radii");
+        put(text, "fov", &number(FOV_DEG), "full vertical angle, degrees");
     }
 
     fn size(&self) -> (u32, u32) {
@@ -120,90 +112,86 @@ impl Suggested<'_> {
         if self.look.is_of_anomaly { format!("{}_anomaly", self.name) } else { self.name.to_owned() }
     }
 
-    fn derived(&self) -> String {
+    fn derived(&self, text: &mut String) {
         if !self.look.is_of_anomaly {
-            return String::new();
+            return;
         }
-        let mut text = "\n[[derive]]\n".to_owned();
-        put(&mut text, "name", &quoted(&self.shown_name()), "");
-        put(&mut text, "anomaly", &quoted(self.name), "as each layer has about one value");
-        put(&mut text, "from", "\"zonal mean\"", "");
-        put(&mut text, "band", "180", "degrees of latitude: the mean of the whole layer");
-        text
+        *text += "\n[[derive]]\n";
+        put(text, "name", &quoted(&self.shown_name()), "");
+        put(text, "anomaly", &quoted(self.name), "as each layer has about one value");
+        put(text, "from", "\"zonal mean\"", "");
+        put(text, "band", "180", "degrees of latitude: the mean of the whole layer");
     }
 
-    fn cut(&self) -> String {
+    fn cut(&self, text: &mut String) {
         if !self.look.is_cut {
-            return String::new();
+            return;
         }
         let lon = self.options.lon_deg.unwrap_or(self.region.map_or(self.aim.lon_deg, |region| region.lon_deg));
-        let mut text = "\n[[clip]]                   # a sector, so that the inside is seen\n".to_owned();
-        put(&mut text, "lon", &format!("[{}, {}]", number(lon), number(lon + 90.0)), "");
-        put(&mut text, "lat", "[0, 90]", "");
-        text
+        *text += "\n[[clip]]                   # a sector, so that the inside is seen\n";
+        put(text, "lon", &format!("[{}, {}]", number(lon), number(lon + 90.0)), "");
+        put(text, "lat", "[0, 90]", "");
     }
 
     /// The volume, or the surface.
-    fn shown(&self) -> String {
+    fn shown(&self, text: &mut String) {
         let Look { map, scale, range: [low, high], opacity, unit_length, .. } = &self.look;
         let range = format!("[{}, {}]", number(*low), number(*high));
         let is_log = *scale == Scale::Log;
         if let Some(level) = self.options.surface {
             let scale = if is_log { ", scale = \"log\"" } else { "" };
             let transfer = format!("{{ map = {}, range = {range}{scale} }}", quoted(map));
-            let mut text = "\n[[surfaces]]\n".to_owned();
+            *text += "\n[[surfaces]]\n";
             let (key, value) = level_keys(level);
-            put(&mut text, key, &value, "from 0, the innermost; or \"top\", \"bottom\"; or height_m");
-            put(&mut text, "field", &quoted(self.name), "");
-            put(&mut text, "transfer", &transfer, "colours; fixed, so that times can be compared");
-            return text;
+            put(text, key, &value, "from 0, the innermost; or \"top\", \"bottom\"; or height_m");
+            put(text, "field", &quoted(self.name), "");
+            put(text, "transfer", &transfer, "colours; fixed, so that times can be compared");
+            return;
         }
         if let Some(value) = self.options.isosurface {
-            let mut text = "\n[[isosurfaces]]\n".to_owned();
-            put(&mut text, "value", &number(value), "or values = [...] with colors = [...]");
-            put(&mut text, "color", "\"#f0a030\"", "or color_by, a field with a transfer");
-            return text;
+            *text += "\n[[isosurfaces]]\n";
+            put(text, "value", &number(value), "or values = [...] with colors = [...]");
+            put(text, "color", "\"#f0a030\"", "or color_by, a field with a transfer");
+            return;
         }
         let stops = opacity.iter().map(|(value, opacity)| format!("[{}, {}]", number(*value), number(*opacity)));
         let stops = stops.collect::<Vec<_>>().join(", ");
-        let mut text = "\n[transfer]\n".to_owned();
-        put(&mut text, "map", &quoted(map), "colour map; with _r behind it the other way round");
-        put(&mut text, "range", &range, "its ends; fixed, so that times can be compared");
+        *text += "\n[transfer]\n";
+        put(text, "map", &quoted(map), "colour map; with _r behind it the other way round");
+        put(text, "range", &range, "its ends; fixed, so that times can be compared");
         if is_log {
-            put(&mut text, "scale", "\"log\"", "or \"linear\"");
+            put(text, "scale", "\"log\"", "or \"linear\"");
         }
-        text += "# [value, opacity after unit_length], linear between\n";
-        put(&mut text, "opacity", &format!("[{stops}]"), "");
-        put(&mut text, "unit_length", &number(*unit_length), "planet radii, after exaggeration");
-        text
+        *text += "# [value, opacity after unit_length], linear between\n";
+        put(text, "opacity", &format!("[{stops}]"), "");
+        put(text, "unit_length", &number(*unit_length), "planet radii, after exaggeration");
     }
 
-    fn light(&self) -> String {
-        let mut text = "\n[light]\n".to_owned();
+    fn light(&self, text: &mut String) {
+        *text += "\n[light]\n";
         let Options { surface, isosurface, light, .. } = self.options;
         // Colours to be read from the bar are not shaded.
         let is_read = surface.is_some() || self.look.kind == Kind::Layered && isosurface.is_none();
         match light.unwrap_or((!is_read).then_some(LightSource::Headlight)) {
             None => {
-                put(&mut text, "kind", "\"none\"", "colours are those of the bar; or \"headlight\", \"sun\"");
-                return text;
+                put(text, "kind", "\"none\"", "colours are those of the bar; or \"headlight\", \"sun\"");
+                return;
             }
             Some(LightSource::Headlight) => {
-                put(&mut text, "kind", "\"headlight\"", "from the eye; or \"sun\" with lon and lat, or \"none\"");
+                put(text, "kind", "\"headlight\"", "from the eye; or \"sun\" with lon and lat, or \"none\"");
             }
             Some(LightSource::Sun { lon_deg, lat_deg }) => {
-                put(&mut text, "kind", "\"sun\"", "from above a place; or \"headlight\" or \"none\"");
-                put(&mut text, "lon", &number(lon_deg), "degrees east");
-                put(&mut text, "lat", &number(lat_deg), "degrees north");
+                put(text, "kind", "\"sun\"", "from above a place; or \"headlight\" or \"none\"");
+                put(text, "lon", &number(lon_deg), "degrees east");
+                put(text, "lat", &number(lat_deg), "degrees north");
             }
         }
-        put(&mut text, "ambient", "0.6", "");
-        put(&mut text, "diffuse", "0.4", "");
-        put(&mut text, "specular", "0.1", "strength of the highlight");
-        text
+        put(text, "ambient", "0.6", "");
+        put(text, "diffuse", "0.4", "");
+        put(text, "specular", "0.1", "strength of the highlight");
     }
 
-    fn ground(&self) -> String {
+    fn ground(&self, text: &mut String) {
         let radius_m = self.layers.planet_radius_m();
         let is_earth = EARTH_M.contains(&radius_m) || radius_m == UNSCALED_M;
         let ground = ("on", quoted("ground"));
@@ -214,20 +202,19 @@ impl Suggested<'_> {
             None => Vec::new(),
         };
         let is_ground_seen = levels.is_empty() || self.sample.has_holes;
-        let mut text = String::new();
         if is_earth && is_ground_seen {
-            text += "\n[ground]                   # the core is painted with land and sea; leave this out for other planets\n";
-            text += "land = \"#2e2e2e\"\nocean = \"#1c1c1c\"\n";
+            *text += "\n[ground]                   # the core is painted with land and sea; leave this out for other planets\n";
+            *text += "land = \"#2e2e2e\"\nocean = \"#1c1c1c\"\n";
         }
         for (key, on) in levels.into_iter().chain(is_ground_seen.then_some(ground)) {
             let color = if on == quoted("ground") { "\"white\"" } else { "\"black\"" };
             let mut lines = |pattern: &str, what: &str, width: &str, opacity: &str| {
-                text += "\n[[lines]]\n";
-                put(&mut text, "pattern", &quoted(pattern), what);
-                put(&mut text, key, &on, "");
-                put(&mut text, "color", color, "");
-                put(&mut text, "width", width, "pixels");
-                put(&mut text, "opacity", opacity, "");
+                *text += "\n[[lines]]\n";
+                put(text, "pattern", &quoted(pattern), what);
+                put(text, key, &on, "");
+                put(text, "color", color, "");
+                put(text, "width", width, "pixels");
+                put(text, "opacity", opacity, "");
             };
             if is_earth {
                 lines("coast", "Natural Earth", "1.2", "0.6");
@@ -236,9 +223,8 @@ impl Suggested<'_> {
                 lines("borders", "between countries, of Natural Earth", "0.8", "0.5");
             }
             lines("graticule", "meridians and parallels", "0.7", "0.25");
-            put(&mut text, "spacing", &number(self.spacing_deg()), "degrees");
+            put(text, "spacing", &number(self.spacing_deg()), "degrees");
         }
-        text
     }
 
     /// Degrees between lines of the graticule: small enough for some lines to cross a region.
@@ -248,20 +234,18 @@ impl Suggested<'_> {
         [30.0, 15.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2].into_iter().find(fits).unwrap_or(0.1)
     }
 
-    fn labels(&self) -> String {
-        let mut text = String::new();
+    fn labels(&self, text: &mut String) {
         if !self.options.is_unlabelled {
-            text += "\n[labels]                   # in PNG files; without this section there are none\n";
+            *text += "\n[labels]                   # in PNG files; without this section there are none\n";
             let time = if self.options.is_timeless { "" } else { "\\n{time}" };
-            put(&mut text, "title", &format!("\"{{name}} ({{units}}){time}\""), "");
+            put(text, "title", &format!("\"{{name}} ({{units}}){time}\""), "");
             if self.look.is_of_anomaly {
-                put(&mut text, "name", &quoted(&format!("{}, less the mean of each layer", self.name)), "");
+                put(text, "name", &quoted(&format!("{}, less the mean of each layer", self.name)), "");
             }
         }
-        text += "\n[output]\n";
+        *text += "\n[output]\n";
         let what = "date, if there is one, and step; also {step:06}, $Y-$M-$D_$h";
-        put(&mut text, "file", "\"{field}_{when}.png\"", what);
-        text
+        put(text, "file", "\"{field}_{when}.png\"", what);
     }
 }
 

@@ -1,11 +1,8 @@
 //! Heights at corners, as ICON has them: the picture of the same heights averaged by hand to cells, alone and over ranks.
 
-use crate::common::{
-    FAR, LIT, NEAR, assert_same_refusal, at_centers, bits, columns_of, count_beyond, icosahedral, laid_out,
-    level_fastest, on_ranks, over_columns, picture, refusal, render_decomposed, waves,
-};
+use crate::common::*;
 use crate::culled::{Culled, Mark, Style, directions, holes};
-use crate::spread::{Spread, partitions, without_holes};
+use crate::spread::{Rows, Spread, partitions, without_holes};
 use icoray::{
     ErrorKind, Field, Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Location, OwnedReals, Renderer, Scene,
     Shape,
@@ -19,14 +16,11 @@ fn layers() -> Layers {
 }
 
 fn scene(camera: &str, keys: &str, tables: &str) -> Scene {
-    let mut scene = Scene::parse(&format!(
-        "field = \"f\"\nexaggeration = 60\ntolerance = 1e-4\ncore = \"#405060\"\n{keys}\n[image]\nwidth = 60\nheight = 52\n\
-         [camera]\n{camera}\n[transfer]\nmap = \"viridis\"\nrange = [-1.5, 2.5]\n\
-         opacity = [[-1.5, 0.5], [0, 0.05], [0.4, 0.8], [2.5, 0.3]]\n{tables}\n"
-    ))
-    .unwrap();
-    scene.scenery.heights = Heights::Native;
-    scene
+    let keys = format!(
+        "heights = \"native\"\nexaggeration = 60\ntolerance = 1e-4\ncore = \"#405060\"\n{keys}\n\
+         image = {{ width = 60, height = 52 }}"
+    );
+    crate::common::scene(camera, HAZE, &format!("{keys}|{tables}"))
 }
 
 fn scenes() -> Vec<Scene> {
@@ -59,62 +53,75 @@ fn averaged(grid: &Grid, heights: &[f64], round: impl Fn(f64) -> f64) -> Vec<f64
     })
 }
 
-/// A field at all cells or corners.
-fn values(mesh: &IcosahedralMesh, location: Location) -> Vec<f32> {
-    waves(mesh, location, LAYERS).into_iter().map(|value| value as f32).collect()
+fn level_fastest(columns: usize) -> Shape {
+    Shape::level_fastest(columns, LAYERS)
 }
 
 fn corners(values: &[f64]) -> Field<'_> {
-    let shape = Shape::level_fastest(values.len() / LAYERS, LAYERS);
-    Field::new(values.into(), shape, Location::Corner, Some(FILL)).unwrap()
+    Field::new(values.into(), level_fastest(values.len() / LAYERS), Location::Corner, Some(FILL)).unwrap()
 }
 
-fn fields<'f>(f: Field<'f>, heights: Field<'f>) -> Fields<'f> {
-    Fields::new([("f", f)]).with_heights(heights)
+/// The field f at cells or corners and heights at corners. Those of other ranks are no numbers, or fall.
+fn arrays(mesh: &IcosahedralMesh, location: Location, [cells, corners]: [&Rows; 2]) -> Arrays {
+    let (f, heights) = (waves(mesh, location, LAYERS), corner_heights(mesh));
+    let rows = if location == Location::Center { cells } else { corners };
+    let f = rows.array(level_fastest, (false, location, None), |row, layer| f[row * LAYERS + layer], |_| f64::NAN);
+    let height = |corner: usize, layer: usize| heights[corner * LAYERS + layer];
+    let falling = |layer: usize| [4.0, 3.0, f64::NAN, 1e9][layer];
+    let heights = corners.array(level_fastest, (true, Location::Corner, Some(FILL)), height, falling);
+    vec![("f", f), ("heights", heights)]
 }
 
-/// What one process draws, of heights averaged by hand.
-fn expected(mesh: &IcosahedralMesh, scene: &Scene, location: Location) -> Frame {
-    let grid = Grid::new(mesh.tables()).unwrap();
-    let (values, heights) = (values(mesh, location), averaged(&grid, &corner_heights(mesh), |height| height));
-    let fields = fields(level_fastest(&values, LAYERS, location), at_centers(&heights, LAYERS));
-    Renderer::new(2).unwrap().render(scene, &grid, &layers(), fields).unwrap()
+fn draw(grid: &Grid, scene: &Scene, arrays: &Arrays) -> Frame {
+    Renderer::new(2).unwrap().render(scene, grid, &layers(), fields(arrays)).unwrap()
+}
+
+/// What one process draws of a grid of these rows, of heights averaged by hand.
+fn expected(mesh: &IcosahedralMesh, scene: &Scene, location: Location, grid: &Grid, rows: [&Rows; 2]) -> Frame {
+    let mut arrays = arrays(mesh, location, rows);
+    let Array { values: OwnedReals::F64(heights), .. } = &arrays[1].1 else { panic!("heights in f32") };
+    let by_hand = averaged(grid, heights, |height| height);
+    let average = |cell: usize, layer: usize| by_hand[cell * LAYERS + layer];
+    arrays[1].1 = Array::new(level_fastest(grid.cells()), true, Location::Center, None, average);
+    draw(grid, scene, &arrays)
+}
+
+/// The rows of a mesh without its cells that do not stay.
+fn rows_of(culled: &Culled) -> [Rows; 2] {
+    [&culled.cells, &culled.corners].map(|rows| Rows::own(rows.clone()))
 }
 
 /// In both precisions and all layouts, from both ends.
 #[test]
 fn heights_at_corners_are_averaged_to_the_bit() {
     let (mesh, grid) = icosahedral(3);
-    let (field, heights) = (values(mesh, Location::Center), corner_heights(mesh));
-    let count = grid.triangles();
+    let heights = corner_heights(mesh);
+    let all = [&Rows::all(grid.cells()), &Rows::all(grid.triangles())];
+    let (f, heights_of_f64) = (&arrays(mesh, Location::Center, all)[0].1, corners(&heights));
     let renderer = Renderer::new(2).unwrap();
     for (i, scene) in scenes().into_iter().enumerate() {
-        let shape = [Shape::level_fastest, Shape::cell_fastest, |c, l| Shape::blocked(c, l, 7)][i](count, LAYERS);
-        let wide = laid_out(&shape, f64::NAN, |corner, layer| heights[corner * LAYERS + layer]);
-        let narrow = OwnedReals::F32(wide.iter().map(|height| *height as f32).collect());
-        type Round = fn(f64) -> f64;
-        let cases: [(OwnedReals, f64, Round); 2] =
-            [(OwnedReals::F64(wide), FILL, |h| h), (narrow, f64::from(FILL as f32), |h| f64::from(h as f32))];
-        for (given, fill, round) in &cases {
-            let given = Field::new(given.as_reals(), shape, Location::Corner, Some(*fill)).unwrap();
+        let shape = [Shape::level_fastest, Shape::cell_fastest, |c, l| Shape::blocked(c, l, 7)][i];
+        let draw = |scene: &Scene, heights: Field| {
+            let fields = Fields::new([("f", f.field())]).with_heights(heights);
+            renderer.render(scene, &grid, &layers(), fields).unwrap()
+        };
+        for is_wide in [true, false] {
+            let height = |corner: usize, layer: usize| heights[corner * LAYERS + layer];
+            let shape = shape(grid.triangles(), LAYERS);
+            let given = Array::new(shape, is_wide, Location::Corner, Some(FILL), height);
+            let round = |height: f64| if is_wide { height } else { f64::from(height as f32) };
             let by_hand = averaged(&grid, &heights, round);
-            let draw = |heights| {
-                let fields = fields(at_centers(&field, LAYERS), heights);
-                renderer.render(&scene, &grid, &layers(), fields).unwrap()
-            };
-            let [frame, again, by_hand] = [given, given, at_centers(&by_hand, LAYERS)].map(draw);
+            let [frame, again, by_hand] =
+                [given.field(), given.field(), at_centers(&by_hand, LAYERS)].map(|heights| draw(&scene, heights));
             assert!(bits(&frame) == bits(&by_hand) && bits(&again) == bits(&by_hand), "scene {i}");
             let bytes = [&frame, &by_hand].map(|frame| frame.report.bytes_derived);
-            assert_eq!(bytes[0] - bytes[1], grid.cells() * LAYERS * if *fill == FILL { 8 } else { 4 });
+            assert_eq!(bytes[0] - bytes[1], grid.cells() * LAYERS * if is_wide { 8 } else { 4 });
             assert!(!frame.report.left_out.iter().any(|what| what == "table cell_corner"), "it is read");
         }
         // Mean layers are another picture, and read none of it.
         let mut mean = scene.clone();
         mean.scenery.heights = Heights::Mean;
-        let [native, mean] = [&scene, &mean].map(|scene| {
-            let fields = fields(at_centers(&field, LAYERS), corners(&heights));
-            renderer.render(scene, &grid, &layers(), fields).unwrap()
-        });
+        let [native, mean] = [&scene, &mean].map(|scene| draw(scene, heights_of_f64));
         assert!(bits(&native) != bits(&mean), "scene {i}");
     }
 }
@@ -122,72 +129,49 @@ fn heights_at_corners_are_averaged_to_the_bit() {
 #[test]
 fn averages_beside_holes_are_of_the_corners_that_are_there() {
     let mesh = IcosahedralMesh::new(3).unwrap();
-    let (all, heights) = (values(&mesh, Location::Center), corner_heights(&mesh));
     for (i, (name, stays)) in holes(&mesh).iter().enumerate() {
         let style = [Style::Corners, Style::Triangles][i % 2];
         let culled = Culled::new(&mesh, stays, style, Mark::MinusOne, 0);
-        let grid = culled.grid();
-        let kept = columns_of(&all, &culled.cells, LAYERS);
-        let heights = columns_of(&heights, &culled.corners, LAYERS);
-        let by_hand = averaged(&grid, &heights, |height| height);
-        let scene = &scenes()[i % 3];
-        let [frame, by_hand] = [corners(&heights), at_centers(&by_hand, LAYERS)].map(|heights| {
-            let fields = fields(at_centers(&kept, LAYERS), heights);
-            Renderer::new(1).unwrap().render(scene, &grid, &layers(), fields).unwrap()
-        });
-        assert!(bits(&frame) == bits(&by_hand), "{name}");
+        let (grid, scene, [cells, corners]) = (culled.grid(), &scenes()[i % 3], rows_of(&culled));
+        let rows = [&cells, &corners];
+        let frame = draw(&grid, scene, &arrays(&mesh, Location::Center, rows));
+        assert!(bits(&frame) == bits(&expected(&mesh, scene, Location::Center, &grid, rows)), "{name}");
     }
 }
 
 #[test]
 fn tiles_of_whole_grids_are_bitwise_one_process() {
     let (mesh, grid) = icosahedral(3);
-    let (values, heights) = (values(mesh, Location::Corner), corner_heights(mesh));
+    let all = [&Rows::all(grid.cells()), &Rows::all(grid.triangles())];
+    let arrays = arrays(mesh, Location::Corner, all);
     for scene in scenes() {
-        let expected = expected(mesh, &scene, Location::Corner);
+        let expected = expected(mesh, &scene, Location::Corner, &grid, all);
         for count in 1..=3 {
             let (frame, _) = picture(on_ranks(count, |ranks| {
-                let fields = fields(level_fastest(&values, LAYERS, Location::Corner), corners(&heights));
-                Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, &layers(), fields).unwrap()
+                Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, &layers(), fields(&arrays)).unwrap()
             }));
             assert!(bits(&frame) == bits(&expected), "{count} ranks");
         }
     }
 }
 
-/// A rank's field at centres and its heights at corners, not numbers where they are not its own.
-fn own_of(mesh: &IcosahedralMesh, culled: &Culled, owner: &[usize], rank: usize) -> (Vec<f32>, Vec<f64>) {
-    let mut field = columns_of(&values(mesh, Location::Center), &culled.cells, LAYERS);
-    let mut heights = columns_of(&corner_heights(mesh), &culled.corners, LAYERS);
-    for (column, _) in culled.cells.iter().enumerate().filter(|(_, cell)| owner[**cell] != rank) {
-        field[column * LAYERS..][..LAYERS].fill(f32::NAN);
-    }
-    let is_here = |cell: &&i32| culled.cells.binary_search(&(**cell as usize)).is_ok();
-    let first = |corner: usize| mesh.corner_cell[3 * corner..][..3].iter().find(is_here);
-    for (column, corner) in culled.corners.iter().enumerate() {
-        if first(*corner).is_none_or(|cell| owner[*cell as usize] != rank) {
-            // Heights that fall are not looked at either.
-            heights[column * LAYERS..][..LAYERS].copy_from_slice(&[4.0, 3.0, f64::NAN, 1e9]);
-        }
-    }
-    (field, heights)
+/// A rank's own field at centres and heights at corners.
+fn own_of(mesh: &IcosahedralMesh, spread: &Spread, rank: usize) -> Arrays {
+    arrays(mesh, Location::Center, [&spread.cells[rank], &spread.corners[rank]])
 }
 
 /// The rims of parts get the corners that other ranks own.
 #[test]
 fn parts_are_those_of_one_process() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
+    let (mesh, grid) = icosahedral(3);
+    let all = [&Rows::all(grid.cells()), &Rows::all(grid.triangles())];
     for (i, scene) in scenes().into_iter().enumerate() {
         let scene = Scene { antialias: false, ..scene };
-        let expected = expected(&mesh, &scene, Location::Center);
+        let expected = expected(mesh, &scene, Location::Center, &grid, all);
         for node_of in [&[0][..], &[0, 0], &[0, 0, 0], &[0, 1], &[0, 1, 0], &[2, 1, 0]] {
-            let (partition, owner) = partitions(&mesh, node_of.len()).swap_remove((i + node_of.len()) % 4);
-            let spread = Spread::new(&mesh, node_of.len(), &owner);
-            let (frame, reports) = picture(spread.on_nodes(node_of, |ranks, culled, grid, decomposition| {
-                let (field, heights) = own_of(&mesh, culled, &owner, ranks.rank());
-                let fields = fields(at_centers(&field, LAYERS), corners(&heights));
-                render_decomposed(ranks, &scene, (grid, &decomposition.unwrap()), &layers(), fields).unwrap()
-            }));
+            let (partition, owner) = partitions(mesh, node_of.len()).swap_remove((i + node_of.len()) % 4);
+            let spread = Spread::new(mesh, node_of.len(), &owner);
+            let (frame, reports) = spread.draw(node_of, &scene, &layers(), |rank| vec![own_of(mesh, &spread, rank)]);
             let trying = format!("scene {i}, {partition} on {node_of:?}");
             if node_of.iter().all(|node| *node == 0) {
                 assert!(bits(&frame) == bits(&expected), "{trying}");
@@ -207,24 +191,14 @@ fn parts_are_those_of_one_process() {
 #[test]
 fn parts_of_meshes_with_holes_are_bitwise_one_process() {
     let mesh = IcosahedralMesh::new(3).unwrap();
-    let heights = corner_heights(&mesh);
     for (i, (name, stays)) in holes(&mesh).iter().enumerate() {
         let culled = Culled::new(&mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
-        let grid = culled.grid();
-        let kept = columns_of(&values(&mesh, Location::Center), &culled.cells, LAYERS);
-        let by_hand = averaged(&grid, &columns_of(&heights, &culled.corners, LAYERS), |height| height);
-        let scene = &scenes()[i % 3];
-        let by_hand = fields(at_centers(&kept, LAYERS), at_centers(&by_hand, LAYERS));
-        let expected = Renderer::new(2).unwrap().render(scene, &grid, &layers(), by_hand).unwrap();
+        let (scene, [cells, corners]) = (&scenes()[i % 3], rows_of(&culled));
+        let expected = expected(&mesh, scene, Location::Center, &culled.grid(), [&cells, &corners]);
         let ranks = 2 + i % 2;
         let (partition, owner) = partitions(&mesh, ranks).swap_remove(i % 4);
-        let owner = without_holes(owner, stays);
-        let spread = Spread::with_corners(&mesh, ranks, &owner);
-        let (frame, _) = picture(spread.on_nodes(&vec![0; ranks], |ranks, culled, grid, decomposition| {
-            let (field, heights) = own_of(&mesh, culled, &owner, ranks.rank());
-            let fields = fields(at_centers(&field, LAYERS), corners(&heights));
-            render_decomposed(ranks, scene, (grid, &decomposition.unwrap()), &layers(), fields).unwrap()
-        }));
+        let spread = Spread::with_corners(&mesh, ranks, &without_holes(owner, stays));
+        let (frame, _) = spread.draw(&vec![0; ranks], scene, &layers(), |rank| vec![own_of(&mesh, &spread, rank)]);
         assert!(bits(&frame) == bits(&expected), "{name}, {partition} on {ranks}");
     }
 }
@@ -233,7 +207,7 @@ fn parts_of_meshes_with_holes_are_bitwise_one_process() {
 fn bad_heights_on_one_rank_are_the_error_of_all() {
     let (mesh, grid) = icosahedral(2);
     let scene = scene(FAR, "", "");
-    let (all, good) = (values(mesh, Location::Center), corner_heights(mesh));
+    let all = waves(mesh, Location::Center, LAYERS);
     type Damage = fn(&mut Vec<f64>);
     let cases: [(Damage, &str); 3] = [
         (|h| h[LAYERS * 7 + 2] = -5e3, "heights: corner 7 (counted from 0), layers 3 and 2 of 4: -5000 m lies below"),
@@ -242,30 +216,29 @@ fn bad_heights_on_one_rank_are_the_error_of_all() {
     ];
     for (damage, words) in cases {
         let refused = on_ranks(3, |ranks| {
-            let mut heights = good.clone();
+            let mut heights = corner_heights(mesh);
             if ranks.rank() == 1 {
                 damage(&mut heights);
             }
-            let fields = fields(at_centers(&all, LAYERS), corners(&heights));
+            let fields = Fields::new([("f", at_centers(&all, LAYERS))]).with_heights(corners(&heights));
             refusal(Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, &layers(), fields))
         });
         assert_same_refusal(&refused, ErrorKind::Layers, &format!("rank 1: {words}"));
     }
     // Of parts, on the rank that has the values.
     let (_, owner) = partitions(mesh, 2).swap_remove(0);
-    let refused = Spread::new(mesh, 2, &owner).on_nodes(&[0, 0], |ranks, culled, grid, decomposition| {
-        let (field, mut heights) = own_of(mesh, culled, &owner, ranks.rank());
-        let first = |corner: &usize| owner[mesh.corner_cell[3 * corner] as usize] == ranks.rank() && corner % 11 != 4;
-        let column = culled.corners.iter().position(first).unwrap();
-        if ranks.rank() == 1 {
+    let spread = Spread::new(mesh, 2, &owner);
+    let Rows { rows, owned, .. } = &spread.corners[1];
+    let column = (0..rows.len()).find(|column| owned[*column] == 1 && rows[*column] % 11 != 4).unwrap();
+    let refused = spread.render(&[0, 0], &scene, &layers(), |rank| {
+        let mut arrays = own_of(mesh, &spread, rank);
+        if let (OwnedReals::F64(heights), 1) = (&mut arrays[1].1.values, rank) {
             heights[column * LAYERS + 3] = -7e3;
         }
-        let fields = fields(at_centers(&field, LAYERS), corners(&heights));
-        (column, refusal(render_decomposed(ranks, &scene, (grid, &decomposition.unwrap()), &layers(), fields)))
+        vec![arrays]
     });
-    let (columns, refused): (Vec<usize>, Vec<_>) = refused.into_iter().unzip();
-    let words = format!("rank 1: heights: corner {} (counted from 1), layers 4 and 3 of 4: -7000 m", columns[1] + 1);
-    assert_same_refusal(&refused, ErrorKind::Layers, &words);
+    let words = format!("rank 1: heights: corner {} (counted from 1), layers 4 and 3 of 4: -7000 m", column + 1);
+    assert_same_refusal(&refused.into_iter().map(refusal).collect::<Vec<_>>(), ErrorKind::Layers, &words);
 }
 
 /// No rank waits for halos that another does not send, or reads columns of another length.
@@ -273,27 +246,25 @@ fn bad_heights_on_one_rank_are_the_error_of_all() {
 fn ranks_that_have_heights_at_other_places_are_an_error() {
     let (mesh, grid) = icosahedral(2);
     let scene = scene(FAR, "", "");
-    let (all, good) = (values(mesh, Location::Center), corner_heights(mesh));
-    let centers = vec![0.0; mesh.cells() * LAYERS];
-    let heights = |rank: usize| if rank == 1 { at_centers(&centers, LAYERS) } else { corners(&good) };
     let (_, owner) = partitions(mesh, 3).swap_remove(1);
     let spread = Spread::new(mesh, 3, &owner);
+    let whole = |rank: usize, rows: [&Rows; 2]| {
+        let mut arrays = arrays(mesh, Location::Center, rows);
+        if rank == 1 {
+            arrays[1].1 = Array::new(level_fastest(rows[0].rows.len()), true, Location::Center, None, |_, _| 0.0);
+        }
+        arrays
+    };
     let tiles = on_ranks(3, |ranks| {
-        let fields = fields(at_centers(&all, LAYERS), heights(ranks.rank()));
-        refusal(Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, &layers(), fields))
+        let arrays = whole(ranks.rank(), [&Rows::all(grid.cells()), &Rows::all(grid.triangles())]);
+        refusal(Renderer::new(1).unwrap().render_over(ranks, &scene, &grid, &layers(), fields(&arrays)))
     });
     let start = "rank 1: has heights at centres, but heights of 4 layers of 64 bits at corners on rank 0";
     assert_same_refusal(&tiles, ErrorKind::Mpi, start);
     for node_of in [&[0, 0, 0], &[0, 1, 0]] {
-        let parts = spread.on_nodes(node_of, |ranks, culled, grid, decomposition| {
-            let kept = columns_of(&all, &culled.cells, LAYERS);
-            let centers = vec![0.0; culled.cells.len() * LAYERS];
-            let good = columns_of(&good, &culled.corners, LAYERS);
-            let heights = if ranks.rank() == 1 { at_centers(&centers, LAYERS) } else { corners(&good) };
-            let fields = fields(at_centers(&kept, LAYERS), heights);
-            refusal(render_decomposed(ranks, &scene, (grid, &decomposition.unwrap()), &layers(), fields))
-        });
+        let own = |rank: usize| vec![whole(rank, [&spread.cells[rank], &spread.corners[rank]])];
+        let parts = spread.render(node_of, &scene, &layers(), own);
         let start = "rank 1: has heights at centres, but heights at corners on rank 0";
-        assert_same_refusal(&parts, ErrorKind::Mpi, start);
+        assert_same_refusal(&parts.into_iter().map(refusal).collect::<Vec<_>>(), ErrorKind::Mpi, start);
     }
 }

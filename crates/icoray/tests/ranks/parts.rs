@@ -1,72 +1,52 @@
 //! Grids that are spread over ranks: the picture that is put together of their fragments is that of the whole grid.
 
 use icoray::{
-    ErrorKind, Frame, FrameReport, Grid, Ground, IcosahedralMesh, Layers, Level, Lines, Location, Pattern, Rendered,
-    Renderer, Scene,
+    ErrorKind, Frame, FrameReport, Grid, Ground, IcosahedralMesh, Level, Lines, Location, Pattern, Rendered, Renderer,
+    Scene, Shape,
 };
 use icoray_test_support::{count, is_long};
 
-use crate::common::{
-    FAR, LIT, NEAR, assert_same_refusal, at_centers, columns_of, difference, level_fastest, on_ranks, picture,
-    pixel_difference, refusal, render_decomposed, waves,
-};
+use crate::common::*;
 use crate::culled::{Culled, Mark, Style, holes};
-use crate::spread::{Spread, partitions, without_holes};
+use crate::spread::{Rows, Spread, partitions, without_holes};
 
-const LAYERS: usize = 4;
-const HEIGHT_M: [f64; LAYERS] = [0.0, 5e3, 12e3, 20e3];
+const LAYERS: usize = HEIGHT_M.len();
 
-impl Spread {
-    /// Draws the scene; `change` may change a rank's values.
-    fn draw(
-        &self,
-        mesh: &IcosahedralMesh,
-        scene: &Scene,
-        location: Location,
-        change: impl Fn(usize, &mut [f64]) + Sync,
-    ) -> (Frame, Vec<FrameReport>) {
-        let all = values(mesh, location);
-        picture(self.each(|ranks, culled, grid, decomposition| {
-            let rows = if location == Location::Center { &culled.cells } else { &culled.corners };
-            let mut values = columns_of(&all, rows, LAYERS);
-            change(ranks.rank(), &mut values);
-            let field = level_fastest(&values, LAYERS, location);
-            render_decomposed(ranks, scene, (grid, &decomposition.unwrap()), &layers(), &field).unwrap()
-        }))
-    }
-}
-
-fn layers() -> Layers {
-    Layers::from_heights(&HEIGHT_M, 6371e3).unwrap()
-}
-
-fn values(mesh: &IcosahedralMesh, location: Location) -> Vec<f64> {
-    waves(mesh, location, LAYERS)
+/// What ranks of a node each draw of their rows.
+fn draw(spread: &Spread, mesh: &IcosahedralMesh, scene: &Scene, location: Location) -> (Frame, Vec<FrameReport>) {
+    let values = waves(mesh, location, LAYERS);
+    let nodes: Vec<usize> = (0..spread.parts.len()).collect();
+    spread.draw(&nodes, scene, &earth_layers(), |rank| {
+        let Rows { rows, global, .. } =
+            if location == Location::Center { &spread.cells[rank] } else { &spread.corners[rank] };
+        // Columns without a number are no cells.
+        let value = |column: usize, layer: usize| match global[column] {
+            0 => f64::NAN,
+            _ => values[rows[column] * LAYERS + layer],
+        };
+        let shape = Shape::level_fastest(rows.len(), LAYERS);
+        vec![vec![("f", Array::new(shape, true, location, None, value))]]
+    })
 }
 
 fn whole(mesh: &IcosahedralMesh, scene: &Scene, location: Location) -> Frame {
     let grid = Grid::new(mesh.tables()).unwrap();
-    let values = values(mesh, location);
+    let values = waves(mesh, location, LAYERS);
     let field = level_fastest(&values, LAYERS, location);
-    Renderer::new(2).unwrap().render(scene, &grid, &layers(), &field).unwrap()
+    Renderer::new(2).unwrap().render(scene, &grid, &earth_layers(), &field).unwrap()
 }
 
 /// A scene in which `rest` has further keys and, behind a bar, further tables.
 fn scene(camera: &str, precision: &str, rest: &str) -> Scene {
-    let (rest, light) = rest.split_once('|').unwrap_or((rest, ""));
+    let keys = format!(
+        "antialias = false\nexaggeration = 60\nprecision = \"{precision}\"\nimage = {{ width = 64, height = 56 }}\n{rest}"
+    );
+    let scene = crate::common::scene(camera, HAZE, &keys);
     // Ends of rays and rules of integration depend on what lies in front, within the tolerance.
     let tolerance = if precision == "f64" { 1e-9 } else { 1e-6 };
-    let scene = Scene::parse(&format!(
-        "field = \"f\"\nantialias = false\nexaggeration = 60\nprecision = \"{precision}\"\n{rest}\n[image]\nwidth = 64\nheight = 56\n\
-         [camera]\n{camera}\n[transfer]\nmap = \"viridis\"\nrange = [-1.5, 2.5]\n\
-         opacity = [[-1.5, 0.5], [0, 0.05], [0.4, 0.8], [2.5, 0.3]]\n{light}\n"
-    ));
-    let scene = scene.unwrap();
     if rest.contains("tolerance") { scene } else { Scene { tolerance, ..scene } }
 }
 
-/// Inside the shell, which ends at 1.19 radii.
-const INSIDE: &str = "lon = 26\nlat = 33\ndistance = 1.1\nfov = 110";
 const HOLLOW: &str = "core = \"transparent\"\nbackground = \"transparent\"";
 
 const LIMITS: [(&str, f32); 2] = [("f64", 1e-6), ("f32", 1e-5)];
@@ -80,7 +60,7 @@ fn parts_make_the_picture_of_the_whole() {
     let scenes = [
         (FAR, HOLLOW, centers),
         (NEAR, "core = \"#804020\"", centers),
-        (INSIDE, HOLLOW, centers),
+        (IN_SHELL, HOLLOW, centers),
         (FAR, lit, centers),
         (NEAR, paper, centers),
         (FAR, lit, corners),
@@ -90,15 +70,20 @@ fn parts_make_the_picture_of_the_whole() {
         for (j, (precision, limit)) in LIMITS.into_iter().enumerate() {
             let scene = scene(camera, precision, rest);
             let expected = whole(&mesh, &scene, location);
-            for ranks in [1, 2, 3, 4, 8] {
-                for (k, (name, owner)) in partitions(&mesh, ranks).iter().enumerate() {
+            for ranks in [1, 2, 3, 4, 5, 8] {
+                let two = (0..mesh.cells()).map(|cell| if cell < 1200 { 1 } else { 3 }).collect();
+                let partitions = match ranks {
+                    5 => vec![("ranks without cells", two)],
+                    _ => partitions(&mesh, ranks),
+                };
+                for (k, (name, owner)) in partitions.iter().enumerate() {
                     // In the long run each combination of two of them at least.
-                    let is_left_out = (i + j + k + ranks) % count(6, 2) != 0;
+                    let is_left_out = (i + j + k + ranks) % count(6, 2) != 0 && (ranks != 5 || i != 3);
                     if is_left_out && (ranks > 2 || !is_long()) {
                         continue;
                     }
                     let spread = Spread::new(&mesh, ranks, owner);
-                    let (frame, reports) = spread.draw(&mesh, &scene, location, |_, _| ());
+                    let (frame, reports) = draw(&spread, &mesh, &scene, location);
                     let off = difference(&frame, &expected);
                     assert!(off <= limit, "{ranks} ranks, {name}, scene {i}, {precision}: {off:e}");
                     worst[j] = worst[j].max(off);
@@ -107,6 +92,7 @@ fn parts_make_the_picture_of_the_whole() {
                     assert_eq!(report.missing_values, 0);
                     assert_eq!(report.counts.rays, expected.report.counts.rays);
                     assert_eq!(report.counts.fragment_bytes > 0, ranks > 1);
+                    assert_eq!(reports.len(), ranks);
                     assert!(reports.iter().all(|r| r.counts == report.counts && r.ranks.count == ranks));
                 }
             }
@@ -124,20 +110,16 @@ fn columns_that_are_no_cells_are_not_read() {
     let mut spread = Spread::new(&mesh, 3, &owner);
     // Tables of these parts mark what is missing by 0, those of the others by the number behind the last.
     for rank in [0, 2] {
-        let Spread { parts, owned, global } = &mut spread;
-        for cell in (0..owned[rank].len()).filter(|cell| owned[rank][*cell] == 0).collect::<Vec<_>>() {
-            let part = &mut parts[rank];
+        let (part, cells) = (&mut spread.parts[rank], &mut spread.cells[rank]);
+        for cell in (0..cells.rows.len()).filter(|cell| cells.owned[*cell] == 0).collect::<Vec<_>>() {
             (0..2).for_each(|axis| part.lon_lat[axis].push(part.lon_lat[axis][cell]));
             part.cell_corner.extend([0; 6]);
-            part.cells.push(part.cells[cell]);
-            owned[rank].push(0);
-            global[rank].push(0);
+            cells.rows.push(cells.rows[cell]);
+            cells.owned.push(0);
+            cells.global.push(0);
         }
     }
-    let (frame, _) = spread.draw(&mesh, &scene, Location::Center, |rank, values| {
-        let columns = spread.global[rank].iter().zip(values.chunks_mut(LAYERS));
-        columns.filter(|(number, _)| **number == 0).for_each(|(_, column)| column.fill(f64::NAN));
-    });
+    let (frame, _) = draw(&spread, &mesh, &scene, Location::Center);
     let expected = whole(&mesh, &scene, Location::Center);
     assert!(difference(&frame, &expected) <= LIMITS[0].1);
     assert_eq!((frame.report.value_range, frame.report.missing_values), (expected.report.value_range, 0));
@@ -159,18 +141,19 @@ fn with_ground(mut scene: Scene) -> Scene {
 fn holes_of_the_whole_are_holes_of_its_parts() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let lit = scene(NEAR, "f64", &format!("core = \"#804020\"|{LIT}"));
-    let scenes = [scene(FAR, "f64", "core = \"#804020\""), scene(INSIDE, "f64", HOLLOW), lit.clone(), with_ground(lit)];
+    let scenes =
+        [scene(FAR, "f64", "core = \"#804020\""), scene(IN_SHELL, "f64", HOLLOW), lit.clone(), with_ground(lit)];
     let (mut worst, mut drawn) = (0.0f32, 0);
     for (i, (name, stays)) in holes(&mesh).iter().enumerate() {
         let culled = Culled::new(&mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
-        let kept = columns_of(&values(&mesh, Location::Center), &culled.cells, LAYERS);
+        let kept = columns_of(&waves(&mesh, Location::Center, LAYERS), &culled.cells, LAYERS);
         let field = at_centers(&kept, LAYERS);
         for (k, scene) in scenes.iter().enumerate().filter(|(k, _)| is_long() || (i + k) % 4 == 0) {
-            let whole = Renderer::new(2).unwrap().render(scene, &culled.grid(), &layers(), &field).unwrap();
+            let whole = Renderer::new(2).unwrap().render(scene, &culled.grid(), &earth_layers(), &field).unwrap();
             let ranks = 2 + (i + k) % 3;
             let (partition, owner) = partitions(&mesh, ranks).swap_remove((i + k) % 3);
             let spread = Spread::new(&mesh, ranks, &without_holes(owner, stays));
-            let (frame, _) = spread.draw(&mesh, scene, Location::Center, |_, _| ());
+            let (frame, _) = draw(&spread, &mesh, scene, Location::Center);
             let off = difference(&frame, &whole);
             assert!(off <= 1e-6, "{name}, {partition} on {ranks} ranks, scene {k}: {off:e}");
             worst = worst.max(off);
@@ -190,7 +173,7 @@ fn parts_are_within_their_errors_of_the_exact_picture() {
         for tolerance in [1e-2, 1e-3] {
             let scene = scene(NEAR, precision, &format!("{rest}\ntolerance = {tolerance}"));
             for (name, owner) in partitions(&mesh, 4) {
-                let (frame, _) = Spread::new(&mesh, 4, &owner).draw(&mesh, &scene, Location::Center, |_, _| ());
+                let (frame, _) = draw(&Spread::new(&mesh, 4, &owner), &mesh, &scene, Location::Center);
                 let most = frame.report.error.max;
                 assert!(most > 0.0 && most <= 1.1 * tolerance + 1e-5, "{name}: {most:e}");
                 for i in 0..frame.pixels.len() {
@@ -203,24 +186,13 @@ fn parts_are_within_their_errors_of_the_exact_picture() {
     }
 }
 
-#[test]
-fn ranks_without_cells_have_parts_too() {
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let scene = scene(FAR, "f64", &format!("|{LIT}"));
-    let expected = whole(&mesh, &scene, Location::Center);
-    let owner: Vec<usize> = (0..mesh.cells()).map(|cell| if cell < 300 { 1 } else { 3 }).collect();
-    let (frame, reports) = Spread::new(&mesh, 5, &owner).draw(&mesh, &scene, Location::Center, |_, _| ());
-    assert!(difference(&frame, &expected) <= 1e-6);
-    assert_eq!(reports.len(), 5);
-}
-
 /// Data that every rank has can be drawn by fragments too, where the scene asks for it; parts cannot be drawn by tiles.
 #[test]
 fn scenes_may_request_fragments_but_no_impossible_scheme() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let asked = |ranks: &str| scene(FAR, "f64", &format!("ranks = \"{ranks}\""));
     let expected = whole(&mesh, &asked("auto"), Location::Center);
-    let all = values(&mesh, Location::Center);
+    let all = waves(&mesh, Location::Center, LAYERS);
     for (scheme, sentence) in [
         ("fragments", "fragments: requested; every rank has the whole grid"),
         ("auto", "tiles: every rank has the whole grid"),
@@ -228,7 +200,7 @@ fn scenes_may_request_fragments_but_no_impossible_scheme() {
         let drawn = on_ranks(3, |ranks| {
             let (grid, field) = (Grid::new(mesh.tables()).unwrap(), at_centers(&all, LAYERS));
             let renderer = Renderer::new(1).unwrap();
-            renderer.render_over(ranks, &asked(scheme), &grid, &layers(), &field).unwrap()
+            renderer.render_over(ranks, &asked(scheme), &grid, &earth_layers(), &field).unwrap()
         });
         let Rendered::Here(frame) = &drawn[0] else { panic!("rank 0 has the picture") };
         assert_eq!(frame.report.ranks.sharing.unwrap().to_string(), sentence);
@@ -236,11 +208,12 @@ fn scenes_may_request_fragments_but_no_impossible_scheme() {
         assert!(difference(frame, &expected) <= 1e-6);
     }
     let (_, owner) = partitions(&mesh, 2).swap_remove(0);
-    let refused = Spread::new(&mesh, 2, &owner).each(|ranks, culled, grid, decomposition| {
-        let all = vec![0.0; culled.cells.len() * LAYERS];
-        let field = at_centers(&all, LAYERS);
-        refusal(render_decomposed(ranks, &asked("tiles"), (grid, &decomposition.unwrap()), &layers(), &field))
+    let spread = Spread::new(&mesh, 2, &owner);
+    let refused = spread.render(&[0, 1], &asked("tiles"), &earth_layers(), |rank| {
+        let shape = Shape::level_fastest(spread.cells[rank].rows.len(), LAYERS);
+        vec![vec![("f", Array::new(shape, true, Location::Center, None, |_, _| 0.0))]]
     });
+    let refused: Vec<_> = refused.into_iter().map(refusal).collect();
     let start = "rank 0: key ranks: \"tiles\", but each node has a part";
     assert_same_refusal(&refused, ErrorKind::Scene, start);
 }
@@ -253,21 +226,23 @@ fn parts_that_do_not_fit_are_refused_on_all_ranks() {
     type Damage = fn(&mut Spread, &IcosahedralMesh);
     // Two owners or none; a number twice or too low; too few numbers and too many marks; a halo that was cut off.
     let cases: [(Damage, &[&str]); 8] = [
-        (|s, _| s.owned[1].fill(1), &["is owned by ranks", "expected one owner"]),
-        (|s, _| s.owned[2].fill(0), &["is in the halo of rank", "but owned by no rank"]),
-        (|s, _| s.global[1][5] = s.global[1][9], &["rank 1: cell_global rows 6 and 10: both "]),
-        (|s, _| s.global[2][7] = -1, &["rank 2: cell_global row 8: -1, expected 1 or more"]),
-        (|s, _| s.global[2][7] = 0, &["rank 2: cell_global row 8: 0, expected a number, as a triangle has this cell"]),
-        (|s, _| s.global[0].truncate(9), &["rank 0: cell_global: ", "one per cell"]),
-        (|s, _| s.owned[0].push(1), &["rank 0: is_owned: ", "one per cell"]),
+        (|s, _| s.cells[1].owned.fill(1), &["is owned by ranks", "expected one owner"]),
+        (|s, _| s.cells[2].owned.fill(0), &["is in the halo of rank", "but owned by no rank"]),
+        (|s, _| s.cells[1].global[5] = s.cells[1].global[9], &["rank 1: cell_global rows 6 and 10: both "]),
+        (|s, _| s.cells[2].global[7] = -1, &["rank 2: cell_global row 8: -1, expected 1 or more"]),
+        (
+            |s, _| s.cells[2].global[7] = 0,
+            &["rank 2: cell_global row 8: 0, expected a number, as a triangle has this cell"],
+        ),
+        (|s, _| s.cells[0].global.truncate(9), &["rank 0: cell_global: ", "one per cell"]),
+        (|s, _| s.cells[0].owned.push(1), &["rank 0: is_owned: ", "one per cell"]),
         (
             |s, mesh| {
                 let mut own = vec![false; mesh.cells()];
-                let cells = s.parts[0].cells.iter().zip(&s.owned[0]).filter(|(_, is_own)| **is_own == 1);
-                cells.for_each(|(cell, _)| own[*cell] = true);
+                let Rows { rows, owned, .. } = &s.cells[0];
+                rows.iter().zip(owned).for_each(|(cell, is_own)| own[*cell] = *is_own == 1);
                 s.parts[0] = Culled::new(mesh, &own, Style::Corners, Mark::BeforeFirst, 1);
-                s.global[0] = s.parts[0].cells.iter().map(|cell| *cell as i64 + 1).collect();
-                s.owned[0] = vec![1; s.global[0].len()];
+                s.cells[0] = Rows::new(s.parts[0].cells.clone(), |cell| cell as i64 + 1, |_| true);
             },
             &["rank 0: own cell ", "a halo at least one cell wide"],
         ),
@@ -288,7 +263,7 @@ fn ranks_with_parts_keep_a_time_budget_together() {
     let mut scene = scene(NEAR, "f64", &format!("|{LIT}"));
     scene.time_budget_ms = Some(1e-3);
     let (_, owner) = partitions(&mesh, 3).swap_remove(1);
-    let (frame, reports) = Spread::new(&mesh, 3, &owner).draw(&mesh, &scene, Location::Center, |_, _| ());
+    let (frame, reports) = draw(&Spread::new(&mesh, 3, &owner), &mesh, &scene, Location::Center);
     let quality = frame.report.quality;
     assert!(quality.pixel_step == 32 && quality.tolerance >= 1e-2, "{quality}");
     assert!(reports.iter().all(|report| report.quality == quality));

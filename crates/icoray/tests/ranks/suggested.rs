@@ -1,6 +1,6 @@
 //! Suggested scenes of fields that are spread over ranks equal those of the whole field, byte for byte.
 
-use crate::common::icosahedral;
+use crate::common::{even_heights, icosahedral, level_fastest, over_columns};
 use crate::culled::{Culled, Mark, Style, towards};
 use crate::spread::{NO_OWNER, Spread};
 use icoray::{DistributedGrid, Error, Field, IcosahedralMesh, Layers, Location, Renderer, suggest};
@@ -25,10 +25,9 @@ fn suggested(
     (location, layers): (Location, usize),
     text: impl FnOnce(&Layers, &Field) -> Result<Option<String>, Error>,
 ) -> Result<Option<String>, Error> {
-    let values: Vec<f64> = numbers.iter().flat_map(|i| (0..layers).map(|layer| value(*i, layer))).collect();
-    let field = Field::level_fastest(&values, layers, location)?;
-    let heights: Vec<f64> = (0..layers).map(|layer| 2e3 * layer as f64).collect();
-    text(&Layers::from_heights(&heights, 6.371e6)?, &field)
+    let values = over_columns(numbers.len(), layers, |column, layer| value(numbers[column], layer));
+    let heights = even_heights(layers, 2e3 * (layers - 1) as f64);
+    text(&Layers::from_heights(&heights, 6.371e6)?, &level_fastest(&values, layers, location))
 }
 
 /// Checks the texts of all ranks against that of one process.

@@ -6,8 +6,8 @@ use super::culled::directions;
 use glam::DVec3;
 use icoray::ranks::on_local_nodes;
 use icoray::{
-    Decomposition, DistributedGrid, Error, ErrorKind, Field, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Layers,
-    Location, Ranks, Reals, Rendered, Renderer, Scene, Shape,
+    Decomposition, DistributedGrid, Error, ErrorKind, Field, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Knot,
+    Layers, Location, OwnedReals, Ranks, Reals, Rendered, Renderer, Scene, Shape, TransferFunction,
 };
 use std::fmt::Debug;
 
@@ -20,6 +20,19 @@ pub const SHELL: &str = "knots = [ { value = 0.1, color = \"red\", extinction = 
      { value = 0.5, color = \"blue\", extinction = 0 } ]";
 pub const DENSE: &str = "knots = [ { value = -0.8, color = \"blue\", extinction = 4 }, { value = -0.2, color = \"white\", extinction = 1 }, \
      { value = 0.3, color = \"yellow\", extinction = 1 }, { value = 0.8, color = \"red\", extinction = 9 } ]";
+
+/// In the shell of [`earth_layers`], which ends at 1.19 radii with an exaggeration of 60.
+pub const IN_SHELL: &str = "lon = 26\nlat = 33\ndistance = 1.1\nfov = 110";
+/// Metres.
+pub const HEIGHT_M: [f64; 4] = [0.0, 5e3, 12e3, 20e3];
+
+pub fn earth_layers() -> Layers {
+    Layers::from_heights(&HEIGHT_M, 6371e3).unwrap()
+}
+
+/// A transfer function for values from -1.5 to 2.5, as those of [`waves`].
+pub const HAZE: &str =
+    "map = \"viridis\"\nrange = [-1.5, 2.5]\nopacity = [[-1.5, 0.5], [0, 0.05], [0.4, 0.8], [2.5, 0.3]]";
 
 /// A scene of the field f, in which `rest` has further keys and, behind a bar, further tables.
 pub fn scene(camera: &str, transfer: &str, rest: &str) -> Scene {
@@ -81,10 +94,8 @@ impl Model {
         let layers = |values: usize| values / self.grid.cells();
         let fields = self.values.iter().map(|values| at_centers(values, layers(values.len())));
         let fields = Fields::new(["f", "g"].into_iter().zip(fields));
-        match self.heights.len() {
-            0 => fields,
-            heights => fields.with_heights(at_centers(&self.heights, layers(heights))),
-        }
+        let heights = (!self.heights.is_empty()).then(|| at_centers(&self.heights, layers(self.heights.len())));
+        fields.with_heights(heights)
     }
 
     pub fn draw(&self, scene: &Scene) -> Frame {
@@ -154,6 +165,55 @@ pub fn laid_out<S: Copy>(shape: &Shape, gap: S, value: impl Fn(usize, usize) -> 
         }
     }
     array
+}
+
+/// An array of a field, in f32 or f64.
+#[derive(Debug)]
+pub struct Array {
+    pub values: OwnedReals,
+    pub shape: Shape,
+    pub location: Location,
+    /// The mark of what is missing, as it is in f64.
+    pub missing: Option<f64>,
+}
+
+impl Array {
+    /// The values of columns and layers, with a large number between columns, which must not be read.
+    pub fn new(
+        shape: Shape,
+        is_wide: bool,
+        location: Location,
+        missing: Option<f64>,
+        value: impl Fn(usize, usize) -> f64,
+    ) -> Self {
+        let values = match is_wide {
+            true => OwnedReals::F64(laid_out(&shape, 1e30, value)),
+            false => OwnedReals::F32(laid_out(&shape, 1e30, |column, layer| value(column, layer) as f32)),
+        };
+        Array { values, shape, location, missing }
+    }
+
+    pub fn fill(&mut self, value: f64) {
+        match &mut self.values {
+            OwnedReals::F64(values) => values.fill(value),
+            OwnedReals::F32(values) => values.fill(value as f32),
+        }
+    }
+
+    pub fn field(&self) -> Field<'_> {
+        let is_wide = matches!(self.values, OwnedReals::F64(_));
+        let fill = self.missing.map(|fill| if is_wide { fill } else { f64::from(fill as f32) });
+        Field::new(self.values.as_reals(), self.shape, self.location, fill).unwrap()
+    }
+}
+
+/// Arrays by the names of their fields, and `heights`.
+pub type Arrays = Vec<(&'static str, Array)>;
+
+pub fn fields(arrays: &Arrays) -> Fields<'_> {
+    let all = arrays.iter().map(|(name, array)| (*name, array.field()));
+    let (heights, named): (Vec<_>, Vec<_>) = all.partition(|(name, _)| *name == "heights");
+    Fields::new(named).with_heights(heights.first().map(|(_, heights)| *heights))
 }
 
 /// The columns `rows` of `all`, level-fastest.
@@ -237,6 +297,14 @@ pub fn pictures<const N: usize>(rendered: Vec<[Rendered; N]>) -> [(Frame, Vec<Fr
 pub fn bits(frame: &Frame) -> Vec<[u32; 5]> {
     let pixels = frame.pixels.iter().zip(&frame.error);
     pixels.map(|([r, g, b, a], e)| [r, g, b, a, e].map(|value| value.to_bits())).collect()
+}
+
+pub fn knot(value: f64, color: [f64; 3], extinction: f64) -> Knot {
+    Knot { value, color, extinction }
+}
+
+pub fn transfer(knots: &[Knot]) -> TransferFunction {
+    TransferFunction { knots: knots.to_vec(), unit_length: None }
 }
 
 /// The largest difference of a channel.

@@ -3,18 +3,15 @@
 //! That whole mesh is an oracle with no void triangle in it: a frustum with a missing value adds nothing.
 
 use glam::DVec3;
-use icoray::{CenterField, ErrorKind, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Stretch, Traversal};
+use icoray::{CenterField, ErrorKind, Grid, IcosahedralMesh, Location, Renderer, Scene, Stretch, Traversal};
 use std::collections::HashSet;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use crate::common::{
-    FAR, NEAR, assert_grid_error, at_centers, columns_of, level_fastest, pixel_difference, rays, scene, waves,
-};
+use crate::common::*;
 use crate::culled::{Culled, Hole, Mark, Style, directions, holes, towards};
 
-const LAYERS: usize = 4;
-const HEIGHT_M: [f64; LAYERS] = [0.0, 5e3, 12e3, 20e3];
+const LAYERS: usize = HEIGHT_M.len();
 const STYLES: [(Style, Mark, i32); 4] = [
     (Style::Corners, Mark::BeforeFirst, 1),
     (Style::Triangles, Mark::BeforeFirst, 0),
@@ -23,18 +20,11 @@ const STYLES: [(Style, Mark, i32); 4] = [
 ];
 
 fn shown(camera: &str, rest: &str) -> Scene {
-    let transfer = "map = \"viridis\"\nrange = [-1.5, 2.5]\nopacity = [[-1.5, 0.5], [0, 0.05], [0.4, 0.8], [2.5, 0.3]]";
     let keys = "antialias = false\nexaggeration = 60\ntolerance = 1e-4\nimage = { width = 48, height = 40 }";
-    scene(camera, transfer, &format!("{keys}\n{rest}"))
-}
-
-fn layers() -> Layers {
-    Layers::from_heights(&HEIGHT_M, 6371e3).unwrap()
+    scene(camera, HAZE, &format!("{keys}\n{rest}"))
 }
 
 const POLE: &str = "lon = 25\nlat = 89.999\ndistance = 1.4\nfov = 90";
-/// Inside the shell, which ends at 1.19 radii.
-const INSIDE: &str = "lon = 26\nlat = 33\ndistance = 1.1\nfov = 110";
 
 /// Every side leads to a triangle that leads back, whose vertices are the same two.
 pub fn assert_closed(grid: &Grid, name: &str) {
@@ -117,19 +107,19 @@ fn small_caps_are_closed() {
 /// facets, which differ between a hole and data: there pixels are the same whose rays meet no triangle that is missing.
 #[test]
 fn a_hole_looks_like_missing_values() {
-    let (renderer, layers) = (Renderer::new(2).unwrap(), layers());
+    let (renderer, layers) = (Renderer::new(2).unwrap(), earth_layers());
     let hollow = |camera, rest| shown(camera, &format!("core = \"transparent\"\nprecision = {rest}"));
     let scenes = [
         (hollow(FAR, "\"f64\""), 0.0),
         (hollow(NEAR, "\"f64\"\nmethod = \"paper\""), 0.0),
         (hollow(POLE, "\"f32\""), 0.0),
-        (hollow(INSIDE, "\"f64\""), 0.0),
+        (hollow(IN_SHELL, "\"f64\""), 0.0),
         // Gradients beside a hole are summed in another order.
         (hollow(FAR, "\"f64\"|[light]\nkind = \"headlight\""), 1e-6),
         (shown(FAR, "precision = \"f64\""), 0.0),
         (shown(NEAR, ""), 0.0),
         (shown(POLE, ""), 0.0),
-        (shown(INSIDE, "precision = \"f64\""), 0.0),
+        (shown(IN_SHELL, "precision = \"f64\""), 0.0),
     ];
     let radius: Vec<f64> = HEIGHT_M.iter().map(|h| 1.0 + 60.0 * h / 6371e3).collect();
     let (mut drawn, mut same, mut meeting) = (0, 0, 0);
@@ -200,7 +190,7 @@ fn corners_that_are_there_are_averaged() {
 #[test]
 fn the_core_shows_through_holes() {
     let renderer = Renderer::new(2).unwrap();
-    let layers = layers();
+    let layers = earth_layers();
     let scene = shown(FAR, "core = \"#ff0000\"\nprecision = \"f64\"");
     each_hole(3, |_, (name, _), culled| {
         let grid = culled.grid();
@@ -237,18 +227,14 @@ fn holes_are_no_excuse() {
         ),
         (
             "the rim's edge forgets its triangle",
-            |m, t, rim| {
-                let ends = &mut m.edge_corner[2 * rim..2 * rim + 2];
-                ends.iter_mut().for_each(|end| *end = if *end == t as i32 { -1 } else { *end });
-            },
+            |m, t, rim| mark(&mut m.edge_corner[2 * rim..][..2], |end| end == t as i32),
             &["edge_corner[", "-1", "expected two corners"],
         ),
         (
             "an inner edge ends at nothing for one of its triangles",
             |m, t, _| {
                 let inner = inner_edge(m, t);
-                let ends = &mut m.edge_corner[2 * inner..2 * inner + 2];
-                ends.iter_mut().for_each(|end| *end = if *end == t as i32 { *end } else { -1 });
+                mark(&mut m.edge_corner[2 * inner..][..2], |end| end != t as i32);
             },
             &["edge_corner[", "-1", "expected two corners"],
         ),
@@ -256,8 +242,7 @@ fn holes_are_no_excuse() {
             "a cell forgets a corner",
             |m, t, _| {
                 let cell = m.corner_cell[3 * t] as usize;
-                let row = &mut m.cell_corner[6 * cell..6 * cell + 6];
-                row.iter_mut().for_each(|corner| *corner = if *corner == t as i32 { -1 } else { *corner });
+                mark(&mut m.cell_corner[6 * cell..][..6], |corner| corner == t as i32);
             },
             &["cell_corner[", "different corners", "expected the"],
         ),
@@ -283,6 +268,11 @@ fn holes_are_no_excuse() {
         damage(&mut damaged, t, rim);
         assert_grid_error(Grid::new(damaged.tables()), words, name);
     }
+}
+
+/// Marks entries as missing.
+fn mark(entries: &mut [i32], is_lost: impl Fn(i32) -> bool) {
+    entries.iter_mut().filter(|entry| is_lost(**entry)).for_each(|entry| *entry = -1);
 }
 
 /// The cells of the corner at the end of a rim edge that is no triangle.

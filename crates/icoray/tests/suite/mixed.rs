@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use crate::common::{LIT, Model, count_beyond, difference, distances, even_heights, rays, scene_of};
+use crate::common::*;
 use icoray::{
     Certainty, Clip, Frame, HalfSpace, Isosurface, Knot, Level, LonLatBox, Opacity, Paint, Renderer, Scene, Stretch,
-    Surface, TransferFunction, Traversal, Volume,
+    Surface, Traversal, Volume,
 };
 use std::ops::ControlFlow;
 
@@ -30,21 +30,13 @@ fn scene(side: u32, more: &str) -> Scene {
     scene_of("lon = 20\nlat = 35\ndistance = 3.2\nfov = 42", &keys, transfer)
 }
 
-fn knot(value: f64, color: [f64; 3], extinction: f64) -> Knot {
-    Knot { value, color, extinction }
-}
-
-fn transfer(knots: Vec<Knot>) -> TransferFunction {
-    TransferFunction { knots, unit_length: None }
-}
-
-fn volume(field: &str, knots: Vec<Knot>) -> Volume {
+fn volume(field: &str, knots: &[Knot]) -> Volume {
     Volume { field: field.into(), transfer: transfer(knots), coloring: None, opacity: None }
 }
 
 /// A volume of `g` that is seen beyond all values of the field.
 fn volume_beyond() -> Volume {
-    volume("g", vec![knot(100.0, [0.5; 3], 0.0), knot(101.0, [0.5; 3], 1.0)])
+    volume("g", &[knot(100.0, [0.5; 3], 0.0), knot(101.0, [0.5; 3], 1.0)])
 }
 
 #[test]
@@ -152,14 +144,14 @@ fn two_fields_are_those_of_fine_steps() {
     let mut by_other = two.clone();
     two.volumes.push(volume(
         "g",
-        vec![
+        &[
             knot(-0.5, [1.0, 0.1, 0.0], 0.0),
             knot(0.1, [1.0, 0.8, 0.0], 4.0),
             knot(0.1, [0.0, 0.0, 1.0], 0.0),
             knot(1.0, [0.3; 3], 9.0),
         ],
     ));
-    let by = transfer(vec![knot(0.2, [0.0; 3], 0.0), knot(0.9, [0.0; 3], 6.0)]);
+    let by = transfer(&[knot(0.2, [0.0; 3], 0.0), knot(0.9, [0.0; 3], 6.0)]);
     by_other.volumes[0].opacity = Some(Opacity { field: "g".into(), transfer: by.clone() });
     let [f, g] = [0, 1].map(|volume: usize| two.volumes[volume].transfer.clone());
     let frame = draw_near((&data, &two), [4e-3, 3e-4], "two fields", |sample| {
@@ -242,9 +234,9 @@ fn cuts_remove_their_region() {
 fn a_layer_shows_its_values_and_hides_the_volume_behind() {
     let data = waves(3);
     let mut scene = scene(24, "core = \"#102030\"");
-    scene.volumes[0].transfer = transfer(vec![knot(0.0, [0.0; 3], 0.0)]);
+    scene.volumes[0].transfer = transfer(&[knot(0.0, [0.0; 3], 0.0)]);
     scene.volumes[0].coloring = None;
-    let colors = transfer(vec![knot(-1.5, [0.0; 3], 0.0), knot(1.5, [1.0, 0.5, 0.25], 0.0)]);
+    let colors = transfer(&[knot(-1.5, [0.0; 3], 0.0), knot(1.5, [1.0, 0.5, 0.25], 0.0)]);
     let surface = |by_cell| Surface {
         at: Level::Layer(4),
         paint: Paint::Field { field: "g".into(), transfer: colors.clone(), coloring: None, by_cell },
@@ -285,7 +277,7 @@ fn a_layer_shows_its_values_and_hides_the_volume_behind() {
 #[test]
 fn a_field_that_is_not_there_is_named() {
     let mut scene = scene(24, "");
-    scene.volumes.push(volume("h", vec![knot(0.0, [1.0; 3], 1.0)]));
+    scene.volumes.push(volume("h", &[knot(0.0, [1.0; 3], 1.0)]));
     let data = waves(2);
     let drawn = Renderer::new(2).unwrap().render(&scene, &data.grid, &data.layers, data.fields());
     let text = drawn.unwrap_err().to_string();

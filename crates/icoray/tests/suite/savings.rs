@@ -1,10 +1,8 @@
 //! Savings do not change pictures: skipped space changes no bit, packets change less than the errors.
 
-use crate::common::{
-    DENSE, FAR, INSIDE, LIT, SHELL, at_centers, bits, count_beyond, difference, icosahedral, laid_out, scene,
-};
+use crate::common::*;
 use crate::culled::{Culled, Mark, Style, holes};
-use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Renderer, Savings, Scene, Shape};
+use icoray::{Frame, Grid, IcosahedralMesh, Layers, Location, OwnedReals, Renderer, Savings, Scene, Shape};
 use itertools::iproduct;
 
 const NONE: Savings = Savings { ends: true, ..Savings::NONE };
@@ -19,33 +17,33 @@ struct Model {
     mesh: &'static IcosahedralMesh,
     grid: Grid<'static>,
     layers: Layers,
-    values: Vec<f32>,
-    shape: Shape,
+    values: Array,
 }
 
 impl Model {
     fn new(layers: usize, is_level_fastest: bool, misses: bool) -> Self {
         let (mesh, grid) = icosahedral(5);
         let shape = if is_level_fastest { Shape::level_fastest } else { Shape::cell_fastest }(mesh.cells(), layers);
-        let values = laid_out(&shape, 0.0, |cell, layer| {
+        let values = Array::new(shape, false, Location::Center, Some(-9e33), |cell, layer| {
             let (lon, lat) = (mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]);
             let height = layer as f64 / layers as f64;
             let value = (5.0 * lon + 4.0 * height).sin() * (6.0 * lat - 3.0 * height).cos();
             let is_missing = misses && (cell * 31 + layer * 7) % 97 == 0;
-            if is_missing { -9e33 } else { value as f32 }
+            if is_missing { -9e33 } else { value }
         });
         let radii = (0..layers).map(|l| 1.0 + 0.15 * l as f64 / (layers - 1) as f64).collect();
-        Model { mesh, grid, layers: Layers::new(radii, 1.0).unwrap(), values, shape }
+        Model { mesh, grid, layers: Layers::new(radii, 1.0).unwrap(), values }
     }
 
     fn draw(&self, scene: &Scene, savings: Savings) -> Frame {
         let renderer = Renderer::new(2).unwrap().with_savings(savings);
-        renderer.render(scene, &self.grid, &self.layers, &self.field()).unwrap()
+        renderer.render(scene, &self.grid, &self.layers, &self.values.field()).unwrap()
     }
 
-    fn field(&self) -> Field<'_> {
-        let fill = Some(f64::from(-9e33f32));
-        Field::new(self.values.as_slice().into(), self.shape, Location::Center, fill).unwrap()
+    /// Replaces the values, in the order of the array.
+    fn change(&mut self, change: impl Fn(usize, f32) -> f32) {
+        let OwnedReals::F32(values) = &mut self.values.values else { panic!("values in f64") };
+        values.iter_mut().enumerate().for_each(|(i, value)| *value = change(i, *value));
     }
 }
 
@@ -144,7 +142,7 @@ fn a_leap_over_a_hollow_core_changes_no_bit() {
 /// Cloud water: zero but in few places, and a second one that is 0.3 there, which f32 does not hold exactly.
 fn clouds(rest: f32, is_level_fastest: bool) -> Model {
     let mut model = Model::new(40, is_level_fastest, false);
-    model.values.iter_mut().for_each(|value| *value = (*value - 0.7).max(0.0) + rest);
+    model.change(|_, value| (value - 0.7).max(0.0) + rest);
     model
 }
 
@@ -179,10 +177,10 @@ fn rays_begin_where_something_is_seen() {
     for (layers, is_level_fastest) in [(20, true), (90, false)] {
         let mut model = Model::new(layers, is_level_fastest, true);
         let cells = model.mesh.cells();
-        for (i, value) in model.values.iter_mut().enumerate() {
+        model.change(|i, value| {
             let layer = if is_level_fastest { i % layers } else { i / cells };
-            *value = if layer > layers / 3 { -3.0 } else { *value };
-        }
+            if layer > layers / 3 { -3.0 } else { value }
+        });
         let rests = ["", "precision = \"f64\"", "core = \"#404040\"", HEADLIGHT];
         for (camera, rest) in iproduct!([FAR, INSIDE], rests) {
             let scene = scene(camera, SHELL, rest);
@@ -216,13 +214,13 @@ fn rays_end_within_the_tolerance() {
 #[test]
 fn gradients_are_packed_within_the_tolerance() {
     let model = Model::new(20, true, true);
-    let packs = Savings { packing: true, ..NONE };
+    let (packs, values) = (Savings { packing: true, ..NONE }, model.grid.cells() * 20);
     for (tolerance, is_packed) in [(1e-3, true), (1e-6, false)] {
         let scene = scene(FAR, DENSE, &format!("tolerance = {tolerance:e}{HEADLIGHT}"));
         let [whole, packed] = [NONE, packs].map(|savings| model.draw(&scene, savings));
         let [whole_bytes, bytes] = [&whole, &packed].map(|frame| frame.report.bytes_derived);
-        assert_eq!(whole_bytes, 12 * model.values.len());
-        assert_eq!(bytes, if is_packed { 8 } else { 12 } * model.values.len());
+        assert_eq!(whole_bytes, values * 12);
+        assert_eq!(bytes, if is_packed { 8 } else { 12 } * values);
         let off = difference(&whole, &packed);
         assert!(off < 2e-5 && (off > 0.0) == is_packed, "{tolerance:e}: {off:e}");
     }
@@ -248,8 +246,8 @@ const DOME: &str = "[[isosurfaces]]\nfield = \"f\"\nvalue = 0.4\ncolor = \"crims
 fn gradients_beside_the_view_are_not_read() {
     let model = Model::new(20, true, true);
     let mut other = Model::new(20, true, false);
-    other.values.iter_mut().enumerate().for_each(|(i, value)| *value = 1e33 * ((i * 7919) % 13) as f32 - 6e33);
-    let field = model.field();
+    other.change(|i, _| 1e33 * ((i * 7919) % 13) as f32 - 6e33);
+    let field = model.values.field();
     for (transfer, rest, tables) in [
         (DENSE, "core = \"transparent\"", LIT.to_owned()),
         (DENSE, "", LIT.to_owned()),
@@ -261,7 +259,7 @@ fn gradients_beside_the_view_are_not_read() {
         let scene = |camera, transfer, rest: &str| scene(camera, transfer, &format!("{rest}|{tables}"));
         let precision = scene(FAR, transfer, rest).precision;
         let of_all = Scene { precision, ..scene(FAR, DENSE, "core = \"transparent\"") };
-        renderer.render(&of_all, &model.grid, &model.layers, &other.field()).unwrap();
+        renderer.render(&of_all, &model.grid, &model.layers, &other.values.field()).unwrap();
         // A camera in the opaque core is refused.
         for camera in CAMERAS.into_iter().filter(|camera| rest.contains("transparent") || *camera != HOLLOW) {
             let scene = scene(camera, transfer, rest);
@@ -277,7 +275,7 @@ fn gradients_beside_the_view_are_not_read() {
 #[test]
 fn cached_data_of_a_field_serve_matching_scenes() {
     let model = Model::new(20, true, true);
-    let (field, renderer) = (model.field(), Renderer::new(2).unwrap());
+    let (field, renderer) = (model.values.field(), Renderer::new(2).unwrap());
     let mut scenes = scenes();
     for key in ["exaggeration = 2", "tolerance = 1e-6"] {
         scenes.push((key.into(), scene(FAR, SHELL, &format!("{key}{HEADLIGHT}"))));
@@ -334,11 +332,13 @@ fn packets_read_arrays_of_any_layout() {
     assert!(frames[0].pixels == frames[1].pixels && frames[0].error == frames[1].error);
     // In blocks of 7 cells, from the outermost layer in, in f32 and in f64.
     let model = Model::new(20, true, true);
+    let whole = model.values.field();
     let shape = Shape::blocked(model.mesh.cells(), 20, 7);
-    let values = laid_out(&shape, 0.0, |cell, layer| model.values[cell * 20 + layer]);
-    let wide: Vec<f64> = values.iter().map(|value| f64::from(*value)).collect();
-    for data in [values.as_slice().into(), wide.as_slice().into()] {
-        let field = Field::new(data, shape, Location::Center, Some(f64::from(-9e33f32))).unwrap();
+    // What is missing has the mark in f64 as well.
+    let value = |cell: usize, layer: usize| Some(whole.value(cell, layer)).filter(|v| !v.is_nan()).unwrap_or(-9e33);
+    for is_wide in [false, true] {
+        let array = Array::new(shape, is_wide, Location::Center, Some(-9e33), value);
+        let field = array.field();
         let frame = Renderer::new(2).unwrap().render(&scene, &model.grid, &model.layers, &field).unwrap();
         assert_eq!(count_beyond(&frame, &frames[0], 0.0), 0, "{}", difference(&frame, &frames[0]));
         assert!(difference(&frame, &frames[0]) < 1e-6);

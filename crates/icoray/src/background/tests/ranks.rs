@@ -1,7 +1,8 @@
 //! Frames that ranks draw together in the background; calls of the model transfer their messages.
 
 use super::*;
-use crate::ranks::{Owned, PartCells, Team, on_local_nodes};
+use crate::ranks::{Team, on_local_nodes};
+use crate::spread::Rows;
 use std::sync::Barrier;
 
 /// One rank of a model.
@@ -25,10 +26,8 @@ impl<'s> Rank<'s> {
         let is_mine = |cell: &usize| !is_spread || cell % size == rank;
         let cells: Vec<usize> = (0..fixture.grid.cells()).filter(is_mine).collect();
         let decomposition = is_spread.then(|| {
-            let global: Vec<i64> = cells.iter().map(|cell| *cell as i64).collect();
-            let owned = vec![1; cells.len()];
-            let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };
-            Arc::new(Decomposition::new(&mut ranks, &fixture.grid, &cells).unwrap())
+            let rows = Rows::own(cells.clone());
+            Arc::new(Decomposition::new(&mut ranks, &fixture.grid, &rows.cells()).unwrap())
         });
         Rank { fixture, ranks, background, decomposition, cells, model }
     }

@@ -47,7 +47,7 @@ fn zonal_means_are_those_of_the_definition() {
                 Location::Corner => (&world.mesh.lat_corner_rad, Shape::cell_fastest(triangles, LAYERS)),
             };
             for is_wide in [true, false] {
-                let array = Array::new(shape, is_wide, location, |c, l| value(5, c, l));
+                let array = array(shape, is_wide, location, |c, l| value(5, c, l));
                 let expected = from_means(&array.field(), latitude, band_deg);
                 let fields = Fields::new([("q", array.field())]);
                 // For values up to 500,000.
@@ -73,7 +73,7 @@ fn zonal_means_are_those_of_the_definition() {
 fn no_step_is_left_between_bands() {
     let world = World::new(5, 2);
     let latitude = &world.mesh.lat_center_rad;
-    let field = Array::new(world.shapes()[0], true, Location::Center, |c, _| 40.0 * latitude[c].sin());
+    let field = array(world.shapes()[0], true, Location::Center, |c, _| 40.0 * latitude[c].sin());
     let fields = Fields::new([("q", field.field())]);
     let left = world.made("eddy", &zonal(5.0), &fields).into_iter().map(f64::from_bits);
     let most = left.fold(0.0, |most: f64, value| most.max(value.abs()));
@@ -91,7 +91,7 @@ fn threads_and_ranks_change_no_bit() {
         let shape = Shape::blocked(columns, LAYERS, 24);
         let make_array = |spoils: &dyn Fn(usize) -> bool| {
             let value = |c: usize, l: usize| if spoils(c) { 1e12 + c as f64 } else { value(9, c, l) };
-            Array::new(shape, true, location, value)
+            array(shape, true, location, value)
         };
         let whole = make_array(&|_| false);
         let scene = zonal(band_deg);
@@ -136,7 +136,7 @@ fn ranks_that_derive_other_fields_are_an_error() {
         let errors = on_ranks(2, |ranks| {
             let part = Part::of_whole(ranks, &grid).unwrap();
             let shape = Shape::level_fastest(grid.cells(), layers[ranks.rank()]);
-            let array = Array::new(shape, true, Location::Center, |c, l| value(1, c, l));
+            let array = array(shape, true, Location::Center, |c, l| value(1, c, l));
             let (scene, fields) = (zonal(band_deg[ranks.rank()]), Fields::new([("q", array.field())]));
             let part = Some(&part);
             let given = RenderInputs { scene: &scene, grid: &grid, part, layers: &super::layers(), fields: &fields };

@@ -2,11 +2,11 @@
 
 use super::Columns;
 use crate::ranks::Ranks;
-use crate::ranks::cells::{ColumnKind, Numbered, PartCells, PartCorners};
+use crate::ranks::cells::{Numbered, PartCells, PartCorners};
 use crate::ranks::node_ranks::NodeRanks;
 use crate::ranks::owners::find_owners;
 use crate::ranks::supply::{Rows, Supply};
-use icoray_grid::{Grid, Result};
+use icoray_grid::{ColumnCount, Grid, Location, Result};
 
 impl Columns {
     /// Agrees with the other ranks on the owner of each cell and each corner. Collective; all have the whole grid's
@@ -22,25 +22,20 @@ impl Columns {
     ) -> Result<Self> {
         let node = NodeRanks::find(ranks)?;
         let partners = node.of_all(ranks)?;
-        let own = own_rows(ranks, grid, ColumnKind::Cell, || {
-            Numbered::of_rows(ColumnKind::Cell, cells.global, cells.owned, grid)
+        let own = own_rows(ranks, grid, Location::Center, || {
+            Numbered::of_rows(Location::Center, cells.global, cells.owned, grid)
         })?;
         let has_corner_numbers = ranks.reduce_values(corners.is_some(), |a, b| a || b)?;
-        let corner = match has_corner_numbers {
-            true => {
-                let read = || match corners {
-                    Some(corners) => Numbered::of_rows(ColumnKind::Corner, corners.global, corners.owned, grid),
-                    None => Ok(Numbered::default()),
-                };
-                let own = own_rows(ranks, grid, ColumnKind::Corner, read)?;
-                let count = corners.map_or(0, |corners| corners.global.len());
-                Supply::of_whole(ranks, count, grid.triangles(), own, partners.len())?
-            }
-            false => {
-                let (count, own) = (grid.triangles(), corners_of_cells(grid, &own));
-                Supply::of_whole(ranks, count, count, own, partners.len())?
-            }
+        let (count, own_corners) = if has_corner_numbers {
+            let read = || match corners {
+                Some(corners) => Numbered::of_rows(Location::Corner, corners.global, corners.owned, grid),
+                None => Ok(Numbered::default()),
+            };
+            (corners.map_or(0, |corners| corners.global.len()), own_rows(ranks, grid, Location::Corner, read)?)
+        } else {
+            (grid.triangles(), corners_of_cells(grid, &own))
         };
+        let corner = Supply::of_whole(ranks, count, grid.triangles(), own_corners, partners.len())?;
         let center = Supply::of_whole(ranks, cells.global.len(), grid.cells(), own, partners.len())?;
         let (cells, node_grid, halo) = (grid.cells(), None, None);
         Ok(Columns { center, corner, has_corner_numbers, cells, node, partners, node_grid, halo })
@@ -48,19 +43,24 @@ impl Columns {
 }
 
 /// This rank's own columns with their rows in the tables, each of which has one owner. Collective.
-fn own_rows(ranks: &mut Ranks, grid: &Grid, kind: ColumnKind, read: impl FnOnce() -> Result<Numbered>) -> Result<Rows> {
+fn own_rows(
+    ranks: &mut Ranks,
+    grid: &Grid,
+    location: Location,
+    read: impl FnOnce() -> Result<Numbered>,
+) -> Result<Rows> {
     let own = ranks.collective_work(|| {
         let Numbered { global, is_own } = read()?;
         let own = (0u32..).zip(global).zip(is_own).filter(|(_, is_own)| *is_own);
         Ok(own.map(|((column, row), _)| (column, row as u32)).collect::<Rows>())
     })?;
     // Each rank asks for the rows of which it keeps the owners.
-    let (rows, base) = (kind.rows(grid) as u64, i64::from(grid.tables().index_base));
+    let (rows, base) = (ColumnCount::new(grid, location).columns as u64, i64::from(grid.tables().index_base));
     let each = rows.saturating_sub(1) / ranks.size() as u64 + 1;
     let first = (ranks.rank() as u64 * each).min(rows);
     let kept: Vec<u64> = (first..rows.min(first + each)).collect();
     let nobodys = |_, row| format!("{row} of the whole grid is owned by no rank, expected one owner");
-    find_owners(ranks, (kind, base), own.iter().map(|(_, row)| u64::from(*row)), &kept, nobodys)?;
+    find_owners(ranks, (location, base), own.iter().map(|(_, row)| u64::from(*row)), &kept, nobodys)?;
     Ok(own)
 }
 

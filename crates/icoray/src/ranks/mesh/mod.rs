@@ -50,12 +50,6 @@ impl<'n> NodeMesh<'n> {
     pub fn row(&self, global: u64) -> Option<u32> {
         self.global.binary_search(&global).ok().map(|row| row as u32)
     }
-
-    /// The rank that has the values of fields at a corner if it has the corner: the owner of its first cell.
-    pub fn supplier(&self, corner: &Corner) -> Option<usize> {
-        let row = self.row(corner.first()?)?;
-        Some(self.owner[row as usize] as usize)
-    }
 }
 
 /// The grid that the ranks of a node have together, in memory that they share. The leader joins the parts.

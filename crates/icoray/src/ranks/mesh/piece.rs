@@ -42,11 +42,6 @@ impl Corner {
     pub fn number(&self) -> Option<u64> {
         (self.number != NONE).then_some(self.number)
     }
-
-    /// The first cell of its row: its owner has the values of fields at corners.
-    pub fn first(&self) -> Option<u64> {
-        self.cells().into_iter().flatten().next()
-    }
 }
 
 /// A rank's grid with the numbers and owners of its cells in the whole one.

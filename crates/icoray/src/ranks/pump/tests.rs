@@ -11,8 +11,7 @@ fn on_pumped<R: Send>(size: usize, work: impl Fn(&mut Team) -> R + Sync) -> Vec<
     on_local_nodes(&vec![0; size], |mut team| {
         let (mut pumped, mut pump) = team.pumped().unwrap();
         // Few children and short pieces, so that few ranks and bytes have many of them.
-        pumped = pumped.with_fan_out(2);
-        pumped.pieces.most = 100;
+        (pumped.fan_out, pumped.pieces.most) = (2, 100);
         let is_done = AtomicBool::new(false);
         thread::scope(|scope| {
             let worker = scope.spawn(|| {

@@ -123,9 +123,9 @@ fn frame(ranks: &mut Ranks, threads: &Threads, fails: Option<usize>) -> Result<u
         let mut counts = Counts::default();
         gathered.tiles.iter().for_each(|tile| counts += tile.counts);
         assert_eq!(gathered.tiles.len(), if rank == 0 { raster.tiles() as usize } else { 0 });
-        FrameSummary { counts, ..FrameSummary::default() }
+        counts.rays
     });
-    ranks.conclude(summary).map(|summary| summary.counts.rays)
+    ranks.hear_root(summary)
 }
 
 /// All ranks have the same outcome of each frame, and a frame after a failure is as any other: 10,000 schedules where

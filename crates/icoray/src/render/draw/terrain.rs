@@ -1,6 +1,7 @@
 //! Positions of layers: at the same height everywhere, or at the heights of each column.
 
-use crate::ranks::{Part, Ranks};
+use crate::ranges::around;
+use crate::ranks::Ranks;
 use crate::render::context::FrameContext;
 use crate::render::frame_cache::{self, NormalKey};
 use icoray_grid::{Result, gradient, heights};
@@ -32,7 +33,6 @@ impl<'f> Terrain<'f> {
                 let heights = heights::Heights::new(&given.field(), layers, grid, radius.len(), scene.exaggeration)?;
                 let lowest = (0..grid.cells() as u32).into_par_iter().map(|cell| heights.radius(cell, 0));
                 // Cells that are not in this grid have the mean heights.
-                let around = |[a, b]: [f64; 2], [low, high]: [f64; 2]| [a.min(low), b.max(high)];
                 let lowest = lowest.map(|radius| [radius; 2]).reduce(|| [inner; 2], around);
                 Ok((heights, lowest))
             })
@@ -40,7 +40,7 @@ impl<'f> Terrain<'f> {
         let mut bounds = heights.bounds();
         if part.is_some() {
             for range in [&mut core_radius, &mut bounds] {
-                *range = Part::whole_range(ranks, (Some(*range), 0))?.0.unwrap_or(*range);
+                *range = ranks.reduce_values(*range, around)?;
             }
         }
         let stretch = scene.exaggeration / layers.planet_radius_m();

@@ -1,53 +1,16 @@
 //! Fields and heights at corners of columns that are spread over ranks.
 
-use super::fields::rich_scene;
+use super::several::rich_scene;
 use super::*;
-use icoray::{Heights, PartCorners};
+use crate::spread::owner_of_corner;
+use icoray::{Field, Heights, Owned, PartCells, PartCorners};
 
-/// What a rank has at corners, by rows of the whole tables.
-struct LocalCorners {
-    /// The corner of each column.
-    rows: Vec<usize>,
-    /// Numbers of corners, where it gives them.
-    numbers: Option<(Vec<i64>, Vec<i32>)>,
-    is_own: Vec<bool>,
-}
-
-impl LocalCorners {
-    /// Columns of its own, in an order of its own, some in a halo; ownership has nothing to do with that of cells.
-    fn numbered(corners: usize, rank: usize, owner: &[usize]) -> Self {
-        let is_here = |corner: &usize| owner[*corner] == rank || (rank % 2 == 1 && Random::at(*corner).below(7) == 0);
-        let mut rows: Vec<usize> = (0..corners).filter(is_here).collect();
-        rows.sort_by_key(|corner| Random::at(*corner + rank).bits());
-        let is_own: Vec<bool> = rows.iter().map(|corner| owner[*corner] == rank).collect();
-        let global = rows.iter().map(|corner| *corner as i64).collect();
-        let numbers = Some((global, is_own.iter().map(|is_own| i32::from(*is_own)).collect()));
-        LocalCorners { rows, numbers, is_own }
-    }
-
-    /// All corners; own ones are those whose first cell is.
-    fn whole(mesh: &IcosahedralMesh, rank: usize, owner: &[usize]) -> Self {
-        let rows: Vec<usize> = (0..mesh.lon_corner_rad.len()).collect();
-        let is_own = rows.iter().map(|corner| owner[mesh.corner_cell[3 * corner] as usize] == rank).collect();
-        LocalCorners { rows, numbers: None, is_own }
-    }
-
-    fn decomposition(&self, ranks: &mut Ranks, grid: &Grid, local: &Local) -> Result<Decomposition, Error> {
-        let cells = PartCells { global: local.global.as_slice().into(), owned: Owned::Marked(&local.owned) };
-        let corners = self
-            .numbers
-            .as_ref()
-            .map(|(global, marks)| PartCorners { global: global.as_slice().into(), owned: Owned::Marked(marks) });
-        Decomposition::with_corners(ranks, grid, &cells, corners.as_ref())
-    }
-
-    /// The field t and heights; what is not own is not a number, or falls.
-    fn values(&self, layouts: [Layout; 2]) -> (Vec<f32>, Vec<f64>) {
-        let own = |corner: usize| self.is_own[self.rows.iter().position(|row| *row == corner).unwrap()];
-        let t = layouts[0].lay(&self.rows, |c, l| if own(c) { value(c, l, 3) as f32 } else { f32::NAN });
-        let heights = layouts[1].lay(&self.rows, |c, l| if own(c) { height(c, l) } else { -1e3 * l as f64 });
-        (t, heights)
-    }
+/// Columns of its own at corners, in an order of its own, some in a halo; ownership has nothing to do with that of cells.
+fn numbered(corners: usize, rank: usize, owner: &[usize]) -> Rows {
+    let is_here = |corner: &usize| owner[*corner] == rank || (rank % 2 == 1 && Random::at(*corner).below(7) == 0);
+    let mut rows: Vec<usize> = (0..corners).filter(is_here).collect();
+    rows.sort_by_key(|corner| Random::at(*corner + rank).bits());
+    Rows::new(rows, |corner| corner as i64, |corner| owner[corner] == rank)
 }
 
 /// Some columns have none.
@@ -56,11 +19,15 @@ fn height(corner: usize, layer: usize) -> f64 {
     if Random::at(corner).below(13) == 2 { FILL } else { column }
 }
 
-fn fields<'f>(q: &'f [f64], (t, heights): &'f (Vec<f32>, Vec<f64>), shapes: [Shape; 3]) -> Fields<'f> {
-    let q = Field::new(q.into(), shapes[0], Location::Center, Some(FILL)).unwrap();
-    let t = Field::new(t.as_slice().into(), shapes[1], Location::Corner, Some(f64::from(FILL as f32))).unwrap();
-    let heights = Field::new(heights.as_slice().into(), shapes[2], Location::Corner, Some(FILL)).unwrap();
-    Fields::new([("q", q), ("t", t)]).with_heights(heights)
+/// The field q at centres, and t and heights at corners; what is not own there is not a number, or falls.
+fn arrays(cells: &Rows, corners: &Rows, layouts: [Layout; 2]) -> Arrays {
+    let at_corners = |is_wide| (is_wide, Location::Corner, Some(FILL));
+    let of_q = (true, Location::Center, Some(FILL));
+    vec![
+        ("q", cells.array(LEVEL_FASTEST, of_q, |c, l| value(c, l, 1), |_| f64::NAN)),
+        ("t", corners.array(layouts[0], at_corners(false), |c, l| value(c, l, 3), |_| f64::NAN)),
+        ("heights", corners.array(layouts[1], at_corners(true), height, |layer| -1e3 * layer as f64)),
+    ]
 }
 
 /// The fields q at centres and t at corners, on heights at corners.
@@ -73,54 +40,38 @@ fn mixed_scene(first: &str) -> Scene {
 
 #[test]
 fn fields_at_corners_make_the_very_picture_of_the_whole() {
-    use Layout::{Blocked, CellFastest, LevelFastest};
     let (mesh, grid) = icosahedral(3);
     let (cells, corners) = (mesh.cells(), mesh.lon_corner_rad.len());
-    let all: Vec<usize> = (0..cells).collect();
-    let q = LevelFastest.lay(&all, |c, l| value(c, l, 1));
-    let at_corners = LocalCorners::whole(mesh, 0, &vec![0; cells]).values([LevelFastest; 2]);
-    let shapes = [cells, corners, corners].map(|columns| LevelFastest.shape(columns));
     // Also of the field at corners alone.
     let plain = Scene { volumes: vec![mixed_scene("t").volumes.swap_remove(0)], ..scene("") };
     let scenes = [mixed_scene("q"), mixed_scene("t"), plain];
-    let whole = scenes.each_ref().map(|scene| {
-        let fields = fields(&q, &at_corners, shapes);
-        Renderer::new(1).unwrap().render(scene, &grid, &layers(), fields).unwrap()
-    });
-    assert!(whole[2].report.value_range.is_some_and(|[low, high]| low < high));
-    let layouts = [[LevelFastest, CellFastest], [Blocked, LevelFastest]];
+    let of_whole = arrays(&Rows::all(cells), &Rows::all(corners), [LEVEL_FASTEST; 2]);
+    let bytes = [cells * 8 + corners * (4 + 8), cells * 8 + corners * (4 + 8), corners * 4];
+    let whole = [0, 1, 2].map(|k| (alone(&grid, &scenes[k], &of_whole), bytes[k] * LAYERS));
+    assert!(whole[2].0.report.value_range.is_some_and(|[low, high]| low < high));
+    let layouts = [[LEVEL_FASTEST, CELL_FASTEST], [BLOCKED, LEVEL_FASTEST]];
     for (i, node_of) in [&[0, 0][..], &[0, 0, 0], &[0, 1], &[2, 1, 1, 0]].into_iter().enumerate() {
         let ranks = node_of.len();
         let owner = &partitions(cells, ranks)[i % 3];
         let locals = locals(mesh, ranks, owner);
         let of_corners = &partitions(corners, ranks)[(i + 1) % 3];
         for is_numbered in [true, false] {
-            let drawn = on_nodes(node_of, |ranks| {
+            assert_made(node_of, &whole, &format!("numbers {is_numbered}"), |ranks| {
                 let (rank, grid) = (ranks.rank(), Grid::new(mesh.tables()).unwrap());
                 let local = &locals[rank];
+                // Without numbers there are all corners, and those are own whose first cell is.
+                let owns = |corner: usize| owner_of_corner(mesh, owner, corner) == rank;
                 let mine = match is_numbered {
-                    true => LocalCorners::numbered(corners, rank, of_corners),
-                    false => LocalCorners::whole(mesh, rank, owner),
+                    true => numbered(corners, rank, of_corners),
+                    false => Rows::new((0..corners).collect(), |corner| corner as i64, owns),
                 };
-                let decomposition = mine.decomposition(ranks, &grid, local).unwrap();
+                let decomposition = decomposition(ranks, &grid, local, is_numbered.then_some(&mine)).unwrap();
                 let Decomposition::Columns(columns) = &decomposition else { panic!("not columns") };
                 assert_eq!(columns.of_field_at(Location::Corner), mine.rows.len());
-                assert_eq!(columns.of_field_at(Location::Center), local.cells.len());
-                let [of_t, of_heights] = layouts[i % 2];
-                let q = LevelFastest.lay(&local.cells, |c, l| value(c, l, 1));
-                let at_corners = mine.values([of_t, of_heights]);
-                let count = mine.rows.len();
-                let shapes = [LevelFastest.shape(local.cells.len()), of_t.shape(count), of_heights.shape(count)];
-                scenes
-                    .each_ref()
-                    .map(|scene| render(ranks, scene, &grid, &decomposition, fields(&q, &at_corners, shapes)).unwrap())
+                assert_eq!(columns.of_field_at(Location::Center), local.rows.len());
+                let arrays = arrays(local, &mine, layouts[i % 2]);
+                scenes.each_ref().map(|scene| render(ranks, scene, &grid, &decomposition, fields(&arrays)).unwrap())
             });
-            for (k, (frame, reports)) in pictures(drawn).into_iter().enumerate() {
-                let trying = format!("nodes {node_of:?}, numbers {is_numbered}, scene {k}");
-                assert!(bits(&frame) == bits(&whole[k]), "{trying}");
-                let bytes = [cells * 8 + corners * (4 + 8), cells * 8 + corners * (4 + 8), corners * 4][k] * LAYERS;
-                assert_bytes_copied(node_of, &reports, bytes, &trying);
-            }
         }
     }
 }
@@ -132,11 +83,9 @@ fn a_rank_without_corners_has_none_of_a_field() {
     let corners = mesh.lon_corner_rad.len();
     let locals = locals(mesh, 2, &partitions(mesh.cells(), 2)[0]);
     let summaries = on_nodes(&[0, 0], |ranks| {
-        let mut mine = LocalCorners::numbered(corners, ranks.rank(), &vec![0; corners]);
-        if ranks.rank() == 1 {
-            (mine.rows, mine.numbers) = (Vec::new(), None);
-        }
-        let decomposition = mine.decomposition(ranks, &grid, &locals[ranks.rank()]).unwrap();
+        let rank = ranks.rank();
+        let mine = if rank == 0 { numbered(corners, 0, &vec![0; corners]) } else { Rows::default() };
+        let decomposition = decomposition(ranks, &grid, &locals[rank], (rank == 0).then_some(&mine)).unwrap();
         let values: Vec<f64> = mine.rows.iter().map(|corner| *corner as f64).collect();
         let field = Field::level_fastest(&values, 1, Location::Corner);
         let asked = [icoray::Statistic::Max, icoray::Statistic::Mean];
@@ -173,26 +122,24 @@ fn corners_that_do_not_fit_are_refused_on_all_ranks() {
     ];
     for (damage, words) in cases {
         let refused = on_nodes(&[0, 1, 0], |ranks| {
-            let mut mine = LocalCorners::numbered(corners, ranks.rank(), owner);
-            if let (1, Some((global, marks))) = (ranks.rank(), &mut mine.numbers) {
+            let mut mine = numbered(corners, ranks.rank(), owner);
+            if ranks.rank() == 1 {
                 // Without the halo, which has corner 0 perhaps.
-                let own = global.iter().zip(&*marks).filter(|(_, mark)| **mark == 1).map(|(corner, _)| *corner);
-                *global = own.collect();
-                *marks = vec![1; global.len()];
-                damage(global, marks);
+                mine = Rows::own(mine.rows.into_iter().filter(|corner| owner[*corner] == 1).collect());
+                damage(&mut mine.global, &mut mine.owned);
             }
-            refusal(mine.decomposition(ranks, &grid, &locals[ranks.rank()]))
+            refusal(decomposition(ranks, &grid, &locals[ranks.rank()], Some(&mine)))
         });
         assert_same_refusal(&refused, ErrorKind::Grid, words);
     }
     // A single rank has all of them, as they are in the tables.
     let alone = |damage: fn(&mut Vec<i64>)| {
-        let mut global: Vec<i64> = (0..corners as i64).collect();
-        damage(&mut global);
-        let all: Vec<i64> = (0..cells as i64).collect();
-        let part = PartCells { global: all.as_slice().into(), owned: Owned::First(cells) };
-        let corners = PartCorners { owned: Owned::First(global.len()), global: global.as_slice().into() };
-        Decomposition::with_corners(&mut Ranks::alone(), &grid, &part, Some(&corners))
+        let (mut mine, all) = (Rows::all(corners), Rows::all(cells));
+        damage(&mut mine.global);
+        let count = mine.global.len();
+        let corners = PartCorners { owned: Owned::First(count), ..mine.corners() };
+        let cells = PartCells { owned: Owned::First(cells), ..all.cells() };
+        Decomposition::with_corners(&mut Ranks::alone(), &grid, &cells, Some(&corners))
     };
     assert!(matches!(alone(|_| ()), Ok(Decomposition::Whole)));
     let (_, words) = refusal(alone(|global| global.swap(4, 9)));
@@ -201,12 +148,11 @@ fn corners_that_do_not_fit_are_refused_on_all_ranks() {
     assert_eq!(words, "corner_global: 319 rows, expected 320, one per corner");
     // With parts, either all ranks have a number for each corner of their tables, or none has.
     let refused = on_nodes(&[0, 0], |ranks| {
-        let all: Vec<i64> = (0..cells as i64).collect();
-        let marks: Vec<i32> = (0..cells).map(|cell| i32::from(cell % 2 == ranks.rank())).collect();
-        let part = PartCells { global: all.as_slice().into(), owned: Owned::Marked(&marks) };
-        let corners = PartCorners { global: all.as_slice().into(), owned: Owned::First(0) };
+        let own = |cell: usize| cell % 2 == ranks.rank();
+        let part = Rows::new((0..cells).collect(), |cell| cell as i64, own);
+        let corners = PartCorners { owned: Owned::First(0), ..part.corners() };
         let corners = (ranks.rank() == 1).then_some(&corners);
-        refusal(Decomposition::with_corners(ranks, &grid, &part, corners))
+        refusal(Decomposition::with_corners(ranks, &grid, &part.cells(), corners))
     });
     assert_same_refusal(
         &refused,
@@ -220,19 +166,22 @@ fn fields_that_ranks_have_at_other_places_are_an_error() {
     let (mesh, grid) = icosahedral(2);
     let corners = mesh.lon_corner_rad.len();
     let locals = locals(mesh, 3, &partitions(mesh.cells(), 3)[1]);
-    let wide = vec![0.5; 4000];
     let cases: [(ErrorKind, &str); 2] = [
         (ErrorKind::Mpi, "rank 1: has \"q\" at corners, but \"q\" at centres on rank 0"),
         (ErrorKind::Field, "rank 1: \"q\": 5 columns, expected "),
     ];
     for (is_short, (kind, words)) in cases.into_iter().enumerate() {
         let refusals = on_nodes(&[0, 1, 0], |ranks| {
-            let mine = LocalCorners::numbered(corners, ranks.rank(), &partitions(corners, 3)[1]);
-            let decomposition = mine.decomposition(ranks, &grid, &locals[ranks.rank()]).unwrap();
-            let columns = if is_short == 1 { 5 } else { mine.rows.len() };
-            let odd = Field::level_fastest(&wide[..columns * LAYERS], LAYERS, Location::Corner).unwrap();
-            let good = at_centers(&wide[..locals[ranks.rank()].cells.len() * LAYERS], LAYERS);
-            refusal(render(ranks, &scene(""), &grid, &decomposition, &if ranks.rank() == 1 { odd } else { good }))
+            let mine = numbered(corners, ranks.rank(), &partitions(corners, 3)[1]);
+            let local = &locals[ranks.rank()];
+            let decomposition = decomposition(ranks, &grid, local, Some(&mine)).unwrap();
+            let (columns, location) = match (ranks.rank(), is_short) {
+                (1, 0) => (mine.rows.len(), Location::Corner),
+                (1, _) => (5, Location::Corner),
+                _ => (local.rows.len(), Location::Center),
+            };
+            let array = Array::new(LEVEL_FASTEST(columns), true, location, None, |_, _| 0.5);
+            refusal(render(ranks, &scene(""), &grid, &decomposition, &array.field()))
         });
         assert_same_refusal(&refusals, kind, words);
         assert!(is_short == 0 || refusals[0].1.contains("one per row of corner_global"), "{}", refusals[0].1);

@@ -2,16 +2,15 @@
 
 use super::*;
 use crate::culled::{Culled, Mark, Style};
-use icoray::{Heights, PartCorners};
+use icoray::Heights;
 use icoray_test_support::is_long;
 
-/// What a rank has of a mesh whose corners have owners: its corners, and all that share a cell with them.
+/// What a rank has of a mesh whose corners have owners: its corners, and all that share a cell with them. Numbers have
+/// gaps.
 struct LocalPart {
     tables: Culled,
-    cell_number: Vec<i64>,
-    owns_cell: Vec<i32>,
-    corner_number: Vec<i64>,
-    owns_corner: Vec<i32>,
+    cells: Rows,
+    corners: Rows,
 }
 
 impl LocalPart {
@@ -31,51 +30,22 @@ impl LocalPart {
             row.iter().for_each(|cell| has[1][*cell as usize] |= is_near);
         }
         let tables = Culled::new(mesh, &has[1], Style::Triangles, Mark::MinusOne, 0);
-        let is = |yes: bool| i32::from(yes);
-        LocalPart {
-            cell_number: tables.cells.iter().map(|cell| 10 * *cell as i64).collect(),
-            owns_cell: tables.cells.iter().map(|cell| is(owner[first[*cell]] == rank)).collect(),
-            // With gaps.
-            corner_number: tables.corners.iter().map(|corner| 3 * *corner as i64 + 1).collect(),
-            owns_corner: tables.corners.iter().map(|corner| is(owner[*corner] == rank)).collect(),
-            tables,
-        }
-    }
-
-    fn decomposition(&self, ranks: &mut Ranks, grid: &Grid) -> Result<Decomposition, Error> {
-        let cells = PartCells { global: self.cell_number.as_slice().into(), owned: Owned::Marked(&self.owns_cell) };
-        let global = self.corner_number.as_slice().into();
-        let corners = PartCorners { global, owned: Owned::Marked(&self.owns_corner) };
-        Decomposition::with_corners(ranks, grid, &cells, Some(&corners))
-    }
-
-    /// Values at the corners, none but at own ones.
-    fn values(&self, value: impl Fn(usize, usize) -> f64) -> Vec<f64> {
-        let is_own = |corner: usize| self.owns_corner[self.tables.corners.binary_search(&corner).unwrap()] == 1;
-        let value = |corner, layer| if is_own(corner) { value(corner, layer) } else { f64::NAN };
-        Layout::Blocked.lay(&self.tables.corners, value)
+        let cells = Rows::new(tables.cells.clone(), |cell| 10 * cell as i64, |cell| owner[first[cell]] == rank);
+        let number = |corner: usize| 3 * corner as i64 + 1;
+        let corners = Rows::new(tables.corners.clone(), number, |corner| owner[corner] == rank);
+        LocalPart { tables, cells, corners }
     }
 }
 
-fn field(values: &[f64], columns: usize) -> Field<'_> {
-    Field::new(values.into(), Layout::Blocked.shape(columns), Location::Corner, None).unwrap()
-}
-
-fn value(corner: usize, layer: usize) -> f64 {
-    (0.31 * corner as f64).sin() + layer as f64
-}
-
-fn other(corner: usize, layer: usize) -> f64 {
-    (0.17 * corner as f64).cos() * (1.5 + layer as f64)
-}
-
-fn height(corner: usize, layer: usize) -> f64 {
-    6e3 * layer as f64 + 2e3 * (0.3 * corner as f64).sin()
-}
-
-/// Two fields at corners, and heights there.
-fn fields<'f>([q, r, heights]: [&'f Vec<f64>; 3], corners: usize) -> Fields<'f> {
-    Fields::new([("q", field(q, corners)), ("r", field(r, corners))]).with_heights(field(heights, corners))
+/// Two fields at corners, and heights there; none but at own ones.
+fn arrays(corners: &Rows) -> Arrays {
+    let array =
+        |value: fn(usize, usize) -> f64| corners.array(BLOCKED, (true, Location::Corner, None), value, |_| f64::NAN);
+    vec![
+        ("q", array(|corner, layer| (0.31 * corner as f64).sin() + layer as f64)),
+        ("r", array(|corner, layer| (0.17 * corner as f64).cos() * (1.5 + layer as f64))),
+        ("heights", array(|corner, layer| 6e3 * layer as f64 + 2e3 * (0.3 * corner as f64).sin())),
+    ]
 }
 
 /// Averages are computed where the values are, and nothing is copied; what a derived field is made of is copied, as the
@@ -84,14 +54,11 @@ fn fields<'f>([q, r, heights]: [&'f Vec<f64>; 3], corners: usize) -> Fields<'f> 
 fn corners_of_parts_are_read_where_they_are_own() {
     let (mesh, grid) = icosahedral(3);
     let (cells, count) = (mesh.cells(), mesh.lon_corner_rad.len());
-    let all: Vec<usize> = (0..count).collect();
-    let derived = "[[derive]]\nname = \"d\"\nmagnitude = [\"q\", \"r\"]\n";
+    let derived = "|[[derive]]\nname = \"d\"\nmagnitude = [\"q\", \"r\"]\n";
     for (shown, derived, copied) in [("q", "", 0), ("d", derived, 2 * 8 * count * LAYERS)] {
         let mut scene = scene(&format!("precision = \"f64\"\ntolerance = 1e-6\n{derived}"));
         (scene.scenery.heights, scene.volumes[0].field) = (Heights::Native, shown.into());
-        let [q, r, heights] = [value, other, height].map(|value| Layout::Blocked.lay(&all, value));
-        let given = fields([&q, &r, &heights], count);
-        let whole = Renderer::new(1).unwrap().render(&scene, &grid, &layers(), given).unwrap();
+        let whole = alone(&grid, &scene, &arrays(&Rows::all(count)));
         for (i, node_of) in [&[0, 0][..], &[0, 0, 0], &[0, 1], &[0, 1, 0, 2]].into_iter().enumerate() {
             // One partition of three, but in the long run.
             let partitions = partitions(count, node_of.len()).into_iter().enumerate();
@@ -99,11 +66,10 @@ fn corners_of_parts_are_read_where_they_are_own() {
                 let drawn = on_nodes(node_of, |ranks| {
                     let part = LocalPart::new(mesh, ranks.rank(), &owner);
                     let grid = part.tables.grid();
-                    let decomposition = part.decomposition(ranks, &grid).unwrap();
+                    let decomposition = decomposition(ranks, &grid, &part.cells, Some(&part.corners)).unwrap();
                     let Decomposition::Columns(columns) = &decomposition else { panic!("not columns") };
-                    let [q, r, heights] = [value, other, height].map(|value| part.values(value));
-                    let fields = fields([&q, &r, &heights], part.tables.corners.len());
-                    (columns.table_bytes(), render(ranks, &scene, &grid, &decomposition, fields).unwrap())
+                    let arrays = arrays(&part.corners);
+                    (columns.table_bytes(), render(ranks, &scene, &grid, &decomposition, fields(&arrays)).unwrap())
                 });
                 let (table_bytes, drawn): (Vec<usize>, Vec<_>) = drawn.into_iter().unzip();
                 let (frame, reports) = picture(drawn);
@@ -131,26 +97,20 @@ fn corners_of_parts_have_one_owner() {
     let mesh = IcosahedralMesh::new(2).unwrap();
     let count = mesh.lon_corner_rad.len();
     let owner = &partitions(count, 3)[0];
-    type Damage = fn(&mut LocalPart);
+    type Damage = fn(&mut Rows);
     let cases: [(Damage, &str); 3] = [
-        (|part| part.owns_corner.fill(1), "is owned by ranks "),
-        (|part| part.owns_corner.fill(0), "is owned by no rank, expected one owner"),
-        (
-            |part| {
-                part.corner_number.pop();
-                part.owns_corner.pop();
-            },
-            "rows, expected ",
-        ),
+        (|corners| corners.owned.fill(1), "is owned by ranks "),
+        (|corners| corners.owned.fill(0), "is owned by no rank, expected one owner"),
+        (|of| assert!(of.global.pop().is_some() && of.owned.pop().is_some()), "rows, expected "),
     ];
     for (damage, words) in cases {
         let refused = on_nodes(&[0, 0, 1], |ranks| {
             let mut part = LocalPart::new(&mesh, ranks.rank(), owner);
             if ranks.rank() == 1 {
-                damage(&mut part);
+                damage(&mut part.corners);
             }
             let grid = part.tables.grid();
-            refusal(part.decomposition(ranks, &grid))
+            refusal(decomposition(ranks, &grid, &part.cells, Some(&part.corners)))
         });
         assert_same_refusal(&refused, ErrorKind::Grid, "rank ");
         assert!(refused[0].1.contains(words), "{}", refused[0].1);

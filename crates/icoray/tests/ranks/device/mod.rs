@@ -1,11 +1,9 @@
 //! Pictures of which a device traces some tiles: each pixel is the device's or the CPU's.
 
-use crate::common::{Model, at_centers, columns_of, even_heights, on_nodes, on_ranks, picture};
+use crate::common::{FAR, LIT, Model, at_centers, columns_of, even_heights, on_nodes, on_ranks, picture};
+use crate::spread::Rows;
 use icoray::device::{Band, Device, DeviceCost, DeviceRequest, Devices, FallbackReason, Job, Rect, Traced};
-use icoray::{
-    Adapter, Decomposition, DeviceReport, DistributedGrid, Frame, FrameReport, Lights, Owned, PartCells, Renderer,
-    Scene,
-};
+use icoray::{Adapter, Decomposition, DeviceReport, DistributedGrid, Frame, FrameReport, Lights, Renderer, Scene};
 use std::sync::{Arc, Mutex};
 
 mod parts;
@@ -114,18 +112,12 @@ fn world() -> Model {
     Model::new(3, &heights, |cell, _, layer| [(0.37 * (cell * LAYERS + layer) as f64).sin() + layer as f64])
 }
 
-fn scene(keys: &str) -> Scene {
-    scene_with(keys, "")
-}
-
-fn scene_with(keys: &str, tables: &str) -> Scene {
+/// A scene of further keys and, behind a bar, tables.
+fn scene(rest: &str) -> Scene {
     let (width, height) = SIZE;
-    Scene::parse(&format!(
-        "field = \"f\"\nantialias = false\n{keys}\n{tables}\n[image]\nwidth = {width}\nheight = {height}\n\
-         [camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n\
-         [transfer]\nmap = \"viridis\"\nrange = [-1, 3]\nopacity = [[-1, 0.8], [0, 0.1], [3, 0.9]]\n"
-    ))
-    .unwrap()
+    let keys = format!("antialias = false\nimage = {{ width = {width}, height = {height} }}\n{rest}");
+    let transfer = "map = \"viridis\"\nrange = [-1, 3]\nopacity = [[-1, 0.8], [0, 0.1], [3, 0.9]]";
+    crate::common::scene(FAR, transfer, &keys)
 }
 
 /// How many pixels are a painter's; the others have to be those of `alone`.
@@ -141,6 +133,13 @@ fn count_painted(frame: &Frame, alone: &Frame) -> usize {
         }
     }
     count
+}
+
+/// Checks that the reason for which the CPU draws has a word, or that there is no reason.
+fn assert_left(device: &DeviceReport, word: Option<&str>, trying: &str) {
+    let reason = device.left_to_cpu.as_deref();
+    let is_right = reason.map_or(word.is_none(), |reason| word.is_some_and(|word| reason.contains(word)));
+    assert!(is_right, "{trying}: {reason:?}, expected {word:?}");
 }
 
 #[test]
@@ -164,11 +163,8 @@ fn tiles_of_a_device_are_shown_and_the_cpu_draws_the_rest() {
             let count = count_painted(&frame, &alone);
             assert!(painted.contains(&count), "{manner:?}: {count} pixels");
             let FrameReport { device, counts, .. } = frame.report;
-            let DeviceReport { name, left_to_cpu, .. } = &device;
-            assert_eq!(name.is_some(), count > 0, "{manner:?}");
-            assert_eq!(left_to_cpu.is_some(), word.is_some(), "{manner:?}");
-            let says_why = left_to_cpu.iter().all(|reason| reason.contains(word.unwrap()));
-            assert!(says_why, "{manner:?}: {left_to_cpu:?}");
+            assert_eq!(device.name.is_some(), count > 0, "{manner:?}");
+            assert_left(&device, word, &format!("{manner:?}"));
             if count == all {
                 let counts = [counts.rays, counts.columns, counts.frusta, counts.void_frusta];
                 assert_eq!(counts, [1, 2, 3, 1].map(|n| n * all as u64));
@@ -181,7 +177,7 @@ fn tiles_of_a_device_are_shown_and_the_cpu_draws_the_rest() {
 #[test]
 fn light_comes_with_gradients_and_a_budget_is_measured_on_the_device() {
     let world = world();
-    let lit = |more: &str| scene_with(more, "[light]\nkind = \"headlight\"");
+    let lit = |more: &str| scene(&format!("{more}|{LIT}"));
     let painter = Painter::new(Manner::All);
     let renderer = Renderer::new(2).unwrap().with_device(Arc::clone(&painter) as _);
     let frame = world.draw_by(&renderer, &lit(""));
@@ -215,11 +211,9 @@ fn over_ranks(world: &Model, scene: &Scene, manners: &[Option<Manner>], in_colum
         if !in_columns {
             return world.draw_over(&renderer, scene, ranks).unwrap();
         }
-        let own: Vec<usize> = (0..world.grid.cells()).filter(|cell| cell % size == rank).collect();
-        let global: Vec<i64> = own.iter().map(|cell| *cell as i64).collect();
-        let values = columns_of(&world.values[0], &own, LAYERS);
-        let cells = PartCells { global: global.as_slice().into(), owned: Owned::First(own.len()) };
-        let decomposition = Decomposition::new(ranks, grid, &cells).unwrap();
+        let own = Rows::own((0..grid.cells()).filter(|cell| cell % size == rank).collect());
+        let values = columns_of(&world.values[0], &own.rows, LAYERS);
+        let decomposition = Decomposition::new(ranks, grid, &own.cells()).unwrap();
         assert!(matches!(decomposition, Decomposition::Columns(_)), "a part");
         let data = DistributedGrid { grid, decomposition: Some(&decomposition), layers: &world.layers };
         renderer.render_decomposed(ranks, scene, data, &at_centers(&values, LAYERS)).unwrap()
@@ -293,9 +287,7 @@ fn a_device_is_opened_once_for_scenes_that_ask_alike() {
     for _ in 0..2 {
         for (keys, opened, reason) in keys {
             let frame = world.draw_by(&renderer, &scene(keys));
-            let said = frame.report.device.left_to_cpu.clone();
-            assert_eq!(said.is_some(), reason.is_some(), "{keys}: {said:?}");
-            assert!(said.is_none_or(|said| said.contains(reason.unwrap())), "{keys}");
+            assert_left(&frame.report.device, reason, keys);
             let is_drawn = keys.contains("\"gpu\"") && reason.is_none();
             assert_eq!(frame.report.device.name.is_some(), is_drawn, "{keys}");
             if reason.is_none_or(|reason| !keys.contains(reason)) {
@@ -324,9 +316,7 @@ fn a_renderer_without_devices_reports_a_requested_one() {
     let world = world();
     let renderer = Renderer::new(1).unwrap();
     for (keys, word) in [("", None), ("backend = \"cpu\"", None), ("backend = \"gpu\"", Some("without the GPU"))] {
-        let said = world.draw_by(&renderer, &scene(keys)).report.device.left_to_cpu;
-        assert_eq!(said.is_some(), word.is_some(), "{keys}");
-        assert!(said.is_none_or(|said| said.contains(word.unwrap())), "{keys}");
+        assert_left(&world.draw_by(&renderer, &scene(keys)).report.device, word, keys);
     }
 }
 

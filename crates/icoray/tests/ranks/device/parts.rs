@@ -1,6 +1,6 @@
 //! Fragments of which a device traces some tiles: the CPU traces all tiles that it does not return.
 
-use super::{Manner, Painter, count_painted, painted, renderer_with, scene, world};
+use super::{Manner, Painter, assert_left, count_painted, painted, renderer_with, scene, world};
 use crate::common::{on_ranks, picture};
 use icoray::device::{
     Band, BoundarySignature, Device, DeviceCost, FallbackReason, Fragment, Fragments, Job, OwnedColumns, RayFragments,
@@ -92,9 +92,7 @@ fn fragments_of_a_device_are_sent_and_the_cpu_traces_the_rest() {
         println!("{manner:?}: {count} of {met}");
         assert!(painted.contains(&count), "{manner:?}: {count} pixels of {met}");
         assert_eq!(report.device.name.is_some(), manner != Manner::Torn, "{manner:?}");
-        let said = report.device.left_to_cpu;
-        assert_eq!(said.is_some(), word.is_some(), "{manner:?}");
-        assert!(said.iter().all(|said| said.contains(word.unwrap())), "{manner:?}: {said:?}");
+        assert_left(&report.device, word, &format!("{manner:?}"));
         assert_eq!(frame.report.device.left_to_cpu, None);
     }
 }

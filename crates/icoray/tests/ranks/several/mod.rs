@@ -1,10 +1,12 @@
 //! Scenes of several fields, surfaces, lines, cuts, derived fields and native heights: over ranks and in every mode of
 //! the renderer.
 
-use crate::common::{FAR, LIT, NEAR, at_centers, bits, count_beyond, difference, icosahedral, level_fastest};
+use crate::common::*;
+use crate::culled::directions;
+use crate::spread::Rows;
 use icoray::{
-    Clip, Derivation, Field, Fields, Frame, Grid, Ground, Heights, How, IcosahedralMesh, Isosurface, Knot, Layers,
-    Level, Lines, Location, LonLatBox, Paint, Pattern, Renderer, Scene, Surface, TransferFunction, Volume,
+    Clip, Derivation, Fields, Frame, Grid, Ground, Heights, How, IcosahedralMesh, Isosurface, Layers, Level, Lines,
+    Location, LonLatBox, Paint, Pattern, Renderer, Scene, Shape, Surface, TransferFunction, Volume,
 };
 use icoray_test_support::count;
 
@@ -21,94 +23,35 @@ fn layers() -> Layers {
     Layers::from_heights(&HEIGHT_M, 6371e3).unwrap()
 }
 
-/// What a model has in one step over some cells and corners of a mesh, level-fastest.
-struct Model {
-    cells: usize,
-    /// Midway between the interfaces.
-    f: Vec<f32>,
-    /// At the centres, on the interfaces.
-    g: Vec<f64>,
-    /// On the interfaces.
-    h: Vec<f32>,
-    heights: Vec<f64>,
-    /// Where f and h are.
-    location: Location,
-}
-
-impl Model {
-    /// Over these cells and corners of `mesh`; f and h lie at the corners, or at the centres too.
-    fn new(mesh: &IcosahedralMesh, step: usize, (cells, corners): (&[usize], &[usize]), location: Location) -> Self {
-        let centers = crate::culled::directions(&mesh.lon_center_rad, &mesh.lat_center_rad);
-        let triangles = crate::culled::directions(&mesh.lon_corner_rad, &mesh.lat_corner_rad);
-        let phase = 0.4 * step as f64;
-        let wave = |p: glam::DVec3, layer: usize, tilt: f64| {
+/// What a model has in one step over some cells and corners of a mesh: f midway between the interfaces, g, h and
+/// heights on them; g and heights at centres. Values that are not own are no numbers.
+fn arrays(mesh: &IcosahedralMesh, step: usize, [cells, corners]: [&Rows; 2], location: Location) -> Arrays {
+    let centers = directions(&mesh.lon_center_rad, &mesh.lat_center_rad);
+    let triangles = directions(&mesh.lon_corner_rad, &mesh.lat_corner_rad);
+    let phase = 0.4 * step as f64;
+    let array = |location: Location, layers: usize, is_wide: bool, value: &dyn Fn(glam::DVec3, usize) -> f64| {
+        let (rows, at) = if location == Location::Center { (cells, &centers) } else { (corners, &triangles) };
+        let layout = |columns| Shape::level_fastest(columns, layers);
+        rows.array(layout, (is_wide, location, None), |row, layer| value(at[row], layer), |_| f64::NAN)
+    };
+    let wave = |tilt: f64| {
+        move |p: glam::DVec3, layer: usize| {
             (4.0 * p.x + phase).sin() * (3.0 * p.y - tilt).cos() + p.z * tilt - 0.25 * layer as f64
-        };
-        let at = |rows: &[usize], at: &[glam::DVec3], count: usize, tilt: f64| -> Vec<f64> {
-            rows.iter().flat_map(|row| (0..count).map(|layer| wave(at[*row], layer, tilt))).collect()
-        };
-        let (rows, places) = match location {
-            Location::Corner => (corners, &triangles),
-            Location::Center => (cells, &centers),
-        };
-        let narrow = |values: Vec<f64>| values.into_iter().map(|value| value as f32).collect();
-        let lift = |cell: &usize| 2e3 * (9.0 * centers[*cell].x).sin() * (7.0 * centers[*cell].z).cos();
-        let heights = cells.iter().flat_map(|cell| HEIGHT_M.map(|height| height + lift(cell)));
-        Model {
-            cells: cells.len(),
-            f: narrow(at(rows, places, LAYERS, 0.3)),
-            g: at(cells, &centers, INTERFACES, 1.1),
-            h: narrow(at(rows, places, INTERFACES, 0.7)),
-            heights: heights.collect(),
-            location,
         }
-    }
-
-    fn whole(mesh: &IcosahedralMesh, step: usize, location: Location) -> Self {
-        let all = |count: usize| -> Vec<usize> { (0..count).collect() };
-        let (cells, corners) = (all(mesh.cells()), all(mesh.lon_corner_rad.len()));
-        Model::new(mesh, step, (&cells, &corners), location)
-    }
-
-    /// Puts NaN into all columns but those of `rank`: at centres those of its cells, at corners those whose first cell
-    /// is one of them.
-    fn spoil(
-        &mut self,
-        mesh: &IcosahedralMesh,
-        (cells, corners): (&[usize], &[usize]),
-        location: Location,
-        owner: impl Fn(usize) -> usize,
-        rank: usize,
-    ) {
-        let first = |corner: &usize| owner(mesh.corner_cell[3 * corner] as usize);
-        let owners: Vec<usize> = match location {
-            Location::Corner => corners.iter().map(first).collect(),
-            Location::Center => cells.iter().map(|cell| owner(*cell)).collect(),
-        };
-        for (column, _) in owners.iter().enumerate().filter(|(_, owner)| **owner != rank) {
-            self.f[column * LAYERS..][..LAYERS].fill(f32::NAN);
-            self.h[column * INTERFACES..][..INTERFACES].fill(f32::NAN);
-        }
-        for (column, _) in cells.iter().enumerate().filter(|(_, cell)| owner(**cell) != rank) {
-            self.g[column * INTERFACES..][..INTERFACES].fill(f64::NAN);
-            self.heights[column * INTERFACES..][..INTERFACES].fill(f64::NAN);
-        }
-    }
-
-    fn fields(&self) -> Fields<'_> {
-        let f = level_fastest(&self.f, LAYERS, self.location);
-        let h = level_fastest(&self.h, INTERFACES, self.location);
-        let g = at_centers(&self.g, INTERFACES);
-        Fields::new([("h", h), ("f", f), ("g", g)]).with_heights(at_centers(&self.heights, INTERFACES))
-    }
+    };
+    let height = |p: glam::DVec3, layer: usize| HEIGHT_M[layer] + 2e3 * (9.0 * p.x).sin() * (7.0 * p.z).cos();
+    vec![
+        ("h", array(location, INTERFACES, false, &wave(0.7))),
+        ("f", array(location, LAYERS, false, &wave(0.3))),
+        ("g", array(Location::Center, INTERFACES, true, &wave(1.1))),
+        ("heights", array(Location::Center, INTERFACES, true, &height)),
+    ]
 }
 
-fn knot(value: f64, color: [f64; 3], extinction: f64) -> Knot {
-    Knot { value, color, extinction }
-}
-
-fn transfer(knots: &[Knot]) -> TransferFunction {
-    TransferFunction { knots: knots.to_vec(), unit_length: None }
+/// [`arrays`] over a whole mesh, of the steps 0 and 1.
+fn steps(mesh: &IcosahedralMesh, location: Location) -> [Arrays; 2] {
+    let all = [&Rows::all(mesh.cells()), &Rows::all(mesh.lon_corner_rad.len())];
+    [0, 1].map(|step| arrays(mesh, step, all, location))
 }
 
 /// Red to yellow, denser towards the ends.
@@ -187,9 +130,8 @@ fn scenes() -> Vec<(&'static str, Scene)> {
     ]
 }
 
-/// The second of two frames, of the steps 0 and 1.
-fn draw(renderer: &Renderer, grid: &Grid, scene: &Scene, steps: &[Model; 2]) -> Frame {
-    let frames = [0, 1].map(|step| renderer.render(scene, grid, &layers(), steps[step].fields()).unwrap());
-    let [_, second] = frames;
+/// The second of two frames.
+fn draw(renderer: &Renderer, grid: &Grid, scene: &Scene, steps: &[Arrays; 2]) -> Frame {
+    let [_, second] = steps.each_ref().map(|step| renderer.render(scene, grid, &layers(), fields(step)).unwrap());
     second
 }

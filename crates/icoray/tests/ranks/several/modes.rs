@@ -5,13 +5,13 @@ use icoray::{Certainty, Lights, Method, Precision, Savings};
 
 struct World {
     grid: Grid<'static>,
-    steps: [Model; 2],
+    steps: [Arrays; 2],
 }
 
 impl World {
     fn new() -> Self {
         let (mesh, grid) = icosahedral(3);
-        World { grid, steps: [0, 1].map(|step| Model::whole(mesh, step, Location::Corner)) }
+        World { grid, steps: steps(mesh, Location::Corner) }
     }
 
     fn draw(&self, renderer: Renderer, scene: &Scene) -> Frame {
@@ -91,11 +91,11 @@ fn cached_fields_change_no_bit() {
     let fresh: Vec<Frame> = all
         .iter()
         .map(|(_, scene)| {
-            Renderer::new(1).unwrap().render(scene, &world.grid, &layers(), world.steps[1].fields()).unwrap()
+            Renderer::new(1).unwrap().render(scene, &world.grid, &layers(), fields(&world.steps[1])).unwrap()
         })
         .collect();
     // One borrow of each field for all frames.
-    let fields = world.steps[1].fields();
+    let fields = fields(&world.steps[1]);
     for _ in 0..2 {
         for ((name, scene), expected) in all.iter().zip(&fresh) {
             let frame = renderer.render(scene, &world.grid, &layers(), fields.clone()).unwrap();
@@ -128,7 +128,7 @@ fn a_plain_scene_looks_at_one_field_alone() {
     let mut scene = scene(FAR, "", LIT);
     scene.volumes.truncate(1);
     scene.scenery = icoray::Scenery::default();
-    let fields = world.steps[0].fields();
+    let fields = fields(&world.steps[0]);
     let f = *fields.get("f").unwrap();
     let wrong = at_centers(&[f64::NAN; 3], 3);
     let alone = renderer().render(&scene, &world.grid, &layers(), &f).unwrap();

@@ -1,11 +1,10 @@
 //! Parts over ranks of one node and of several: the picture of one process, for any values in halos.
 
-use super::ranks::second;
 use super::*;
-use crate::common::{picture, refusal};
+use crate::common::refusal;
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Spread, partitions, without_holes};
-use icoray::{Decomposition, DistributedGrid, ErrorKind, FrameReport, Precision, Probe, ScenePart};
+use icoray::{DistributedGrid, ErrorKind, Precision, Probe, ScenePart};
 use icoray_test_support::is_long;
 use std::f64::consts::TAU;
 
@@ -14,57 +13,70 @@ fn some<T>(all: Vec<T>, turn: usize) -> impl Iterator<Item = T> {
     all.into_iter().skip(count(turn % 2, 0)).step_by(count(2, 1))
 }
 
-/// What ranks make of the second of two frames. All that is not a rank's own is not a number.
-fn of_nodes(
-    spread: &Spread,
-    (mesh, owner): (&IcosahedralMesh, &[usize]),
-    scene: &Scene,
-    location: Location,
-    node_of: &[usize],
-) -> (Frame, Vec<FrameReport>) {
-    picture(spread.on_nodes(node_of, |ranks, culled, grid, decomposition| {
-        let decomposition = decomposition.unwrap();
-        assert!(matches!(decomposition, Decomposition::Columns(_)), "there are several ranks");
-        let rows = (&culled.cells[..], &culled.corners[..]);
-        let own = [0, 1].map(|step| {
-            let mut model = Model::new(mesh, step, rows, location);
-            model.spoil(mesh, rows, location, |cell| owner[cell], ranks.rank());
-            model
-        });
-        let renderer = Renderer::new(1).unwrap();
-        let data = DistributedGrid { grid, decomposition: Some(&decomposition), layers: &layers() };
-        second(|step| renderer.render_decomposed(ranks, scene, data, own[step].fields()))
-    }))
+/// A rank's own arrays of some steps.
+fn own_of(mesh: &IcosahedralMesh, spread: &Spread, location: Location, rank: usize) -> Vec<Arrays> {
+    [0, 1].map(|step| arrays(mesh, step, [&spread.cells[rank], &spread.corners[rank]], location)).into()
 }
 
-/// Checks that so few pixels are beyond their errors, and so little, that it may be lines which reach over a node's
-/// border by a part of their width.
-fn assert_near(frame: &Frame, expected: &Frame, trying: &str) {
-    let (wrong, most) = (count_beyond(frame, expected, 1e-6), difference(frame, expected));
+/// The arrays over a grid with holes.
+fn of_culled(mesh: &IcosahedralMesh, step: usize, culled: &Culled) -> Arrays {
+    let [cells, corners] = [&culled.cells, &culled.corners].map(|rows| Rows::own(rows.clone()));
+    arrays(mesh, step, [&cells, &corners], Location::Center)
+}
+
+/// Checks what parts on nodes make of the second of two frames: on one node the picture to the bit, on several so few
+/// pixels beyond their errors, and so little, that it may be lines which reach over a node's border by a part of their
+/// width.
+fn assert_parts(
+    mesh: &IcosahedralMesh,
+    scene: &Scene,
+    (expected, location): (&Frame, Location),
+    owner: &[usize],
+    node_of: &[usize],
+    trying: &str,
+) {
+    let spread = Spread::new(mesh, node_of.len(), owner);
+    let (frame, reports) = spread.draw(node_of, scene, &layers(), |rank| own_of(mesh, &spread, location, rank));
+    let [found, whole] = [&frame, expected].map(|frame| (frame.report.missing_values, frame.report.value_range));
+    assert_eq!(found, whole, "{trying}");
+    let is_one = node_of.iter().all(|node| *node == 0);
+    let scheme =
+        if is_one { "tiles: each node has the whole grid" } else { "fragments: each node has its part of the grid" };
+    let sharing = format!("{scheme}, its ranks' parts and the field are assembled once per node");
+    assert_eq!(frame.report.ranks.sharing.unwrap().to_string(), sharing, "{trying}");
+    assert!(reports.iter().map(|report| report.bytes_copied).sum::<u64>() > 0, "{trying}");
+    if is_one {
+        assert!(bits(&frame) == bits(expected), "{trying}");
+        return;
+    }
+    let (wrong, most) = (count_beyond(&frame, expected, 1e-6), difference(&frame, expected));
     println!("{trying}: {wrong} beyond, {most:e} at most");
     assert!(wrong <= 4 && most < 0.05, "{trying}: {wrong}, {most:e}");
 }
 
 #[test]
-fn parts_of_one_node_are_bitwise_one_process() {
+fn parts_make_the_pictures_of_one_process() {
     let (mesh, grid) = icosahedral(3);
+    let nodes: [&[usize]; 5] = [&[0, 1], &[0, 1, 0], &[0, 1, 2], &[0, 1, 1, 0], &[2, 0, 2, 1, 2]];
     for location in [Location::Center, Location::Corner] {
-        let steps = [0, 1].map(|step| Model::whole(mesh, step, location));
+        let steps = steps(mesh, location);
+        let draw = |scene: &Scene| draw(&Renderer::new(2).unwrap(), &grid, scene, &steps);
         for (i, (name, scene)) in scenes().into_iter().enumerate() {
-            let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
+            let expected = draw(&scene);
             let ranks = 2 + i % 3;
             for (partition, owner) in some(partitions(mesh, ranks), i) {
-                let spread = Spread::new(mesh, ranks, &owner);
-                let node_of = vec![0; ranks];
-                let (frame, reports) = of_nodes(&spread, (mesh, &owner), &scene, location, &node_of);
                 let trying = format!("{name}, {location:?}, {partition} on {ranks}");
-                assert!(bits(&frame) == bits(&expected), "{trying}");
-                assert_eq!(frame.report.missing_values, expected.report.missing_values, "{trying}");
-                assert_eq!(frame.report.value_range, expected.report.value_range, "{trying}");
-                assert!(reports.iter().map(|report| report.bytes_copied).sum::<u64>() > 0, "{trying}");
-                let sharing =
-                    "tiles: each node has the whole grid, its ranks' parts and the field are assembled once per node";
-                assert_eq!(frame.report.ranks.sharing.unwrap().to_string(), sharing, "{trying}");
+                assert_parts(mesh, &scene, (&expected, location), &owner, &vec![0; ranks], &trying);
+            }
+            // Lines that reach over a border would be smoothed on one side of it.
+            let exact = Scene { antialias: false, ..scene };
+            let packets = Scene { precision: Precision::F32, ..exact.clone() };
+            let drawn = [&exact, &packets].map(|scene| (scene, draw(scene)));
+            for (k, node_of) in nodes.into_iter().enumerate().filter(|(k, _)| is_long() || (i + k) % 2 == 0) {
+                let (scene, expected) = &drawn[k / 2 % 2];
+                let (partition, owner) = partitions(mesh, node_of.len()).swap_remove((i + k) % 4);
+                let trying = format!("{name}, {location:?}, {partition} on {node_of:?}");
+                assert_parts(mesh, scene, (expected, location), &owner, node_of, &trying);
             }
         }
     }
@@ -89,62 +101,29 @@ fn halos_that_lie_elsewhere_than_on_their_owners_are_refused() {
     }
 }
 
-/// The mesh's own holes beside those that parts have; of corners beside a hole some are no triangles. Parts of one node
-/// make the picture to the bit, those of several within errors, in single and in double precision.
+/// The mesh's own holes beside those that parts have; of corners beside a hole some are no triangles. In single and in
+/// double precision.
 #[test]
 fn holes_of_the_whole_are_those_of_its_parts() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let scenes = scenes();
     for (i, (hole, stays)) in holes(&mesh).iter().enumerate() {
         let culled = Culled::new(&mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
-        let rows = (&culled.cells[..], &culled.corners[..]);
-        let steps = [0, 1].map(|step| Model::new(&mesh, step, rows, Location::Center));
+        let steps = [0, 1].map(|step| of_culled(&mesh, step, &culled));
+        let draw = |scene: &Scene| (draw(&Renderer::new(2).unwrap(), &culled.grid(), scene, &steps), Location::Center);
         let (name, scene) = &scenes[i % scenes.len()];
-        let expected = draw(&Renderer::new(2).unwrap(), &culled.grid(), scene, &steps);
-        let ranks = 2 + i % 2;
-        for (partition, owner) in some(partitions(&mesh, ranks), i) {
-            let owner = without_holes(owner, stays);
-            let spread = Spread::new(&mesh, ranks, &owner);
-            let (frame, _) = of_nodes(&spread, (&mesh, &owner), scene, Location::Center, &vec![0; ranks]);
-            assert!(bits(&frame) == bits(&expected), "{hole}, {name}, {partition} on {ranks}");
+        let check = |scene: &Scene, (expected, location): &(Frame, Location), owner: Vec<usize>, node_of: &[usize]| {
+            let trying = format!("{hole}, {name} on {node_of:?}");
+            assert_parts(&mesh, scene, (expected, *location), &without_holes(owner, stays), node_of, &trying);
+        };
+        let (expected, ranks) = (draw(scene), 2 + i % 2);
+        for (_, owner) in some(partitions(&mesh, ranks), i) {
+            check(scene, &expected, owner, &vec![0; ranks]);
         }
         let precision = [Precision::F64, Precision::F32][i / 2 % 2];
         let scene = &Scene { antialias: false, precision, ..scene.clone() };
-        let expected = draw(&Renderer::new(2).unwrap(), &culled.grid(), scene, &steps);
-        let (partition, owner) = partitions(&mesh, ranks).swap_remove(i % 3);
-        let owner = without_holes(owner, stays);
-        let spread = Spread::new(&mesh, ranks, &owner);
-        let apart: Vec<usize> = (0..ranks).collect();
-        let (frame, _) = of_nodes(&spread, (&mesh, &owner), scene, Location::Center, &apart);
-        assert_near(&frame, &expected, &format!("{hole}, {name}, {partition} on {ranks} nodes"));
-    }
-}
-
-#[test]
-fn parts_of_several_nodes_are_within_errors_of_one_process() {
-    let (mesh, grid) = icosahedral(3);
-    let nodes: [&[usize]; 5] = [&[0, 1], &[0, 1, 0], &[0, 1, 2], &[0, 1, 1, 0], &[2, 0, 2, 1, 2]];
-    for location in [Location::Center, Location::Corner] {
-        let steps = [0, 1].map(|step| Model::whole(mesh, step, location));
-        for (i, (name, scene)) in scenes().into_iter().enumerate() {
-            // Lines that reach over a border would be smoothed on one side of it.
-            let exact = Scene { antialias: false, ..scene };
-            let packets = Scene { precision: Precision::F32, ..exact.clone() };
-            let scenes = [&exact, &packets];
-            let expected = scenes.map(|scene| draw(&Renderer::new(2).unwrap(), &grid, scene, &steps));
-            for (k, node_of) in nodes.into_iter().enumerate().filter(|(k, _)| is_long() || (i + k) % 2 == 0) {
-                let (scene, expected) = (scenes[k / 2 % 2], &expected[k / 2 % 2]);
-                let (partition, owner) = partitions(mesh, node_of.len()).swap_remove((i + k) % 4);
-                let spread = Spread::new(mesh, node_of.len(), &owner);
-                let (frame, _) = of_nodes(&spread, (mesh, &owner), scene, location, node_of);
-                let trying = format!("{name}, {location:?}, {partition} on {node_of:?}");
-                assert_near(&frame, expected, &trying);
-                assert_eq!(frame.report.missing_values, expected.report.missing_values, "{trying}");
-                assert_eq!(frame.report.value_range, expected.report.value_range, "{trying}");
-                let sharing = "fragments: each node has its part of the grid, its ranks' parts and the field are assembled once per node";
-                assert_eq!(frame.report.ranks.sharing.unwrap().to_string(), sharing, "{trying}");
-            }
-        }
+        let (_, owner) = partitions(&mesh, ranks).swap_remove(i % 3);
+        check(scene, &draw(scene), owner, &(0..ranks).collect::<Vec<_>>());
     }
 }
 
@@ -178,20 +157,30 @@ fn assert_same_probe(found: &Option<Probe>, expected: &Option<Probe>, trying: &s
     }
 }
 
-/// What each rank finds at some places.
+/// What one process finds at some places of the second step, after checking that ranks find it too.
 fn probed(
-    spread: &Spread,
-    node_of: &[usize],
+    grid: &Grid,
+    whole: &Arrays,
+    (spread, node_of): (&Spread, &[usize]),
     scene: &Scene,
     places: &[[f64; 2]],
-    model: impl Fn(&Culled, usize) -> Model + Sync,
-) -> Vec<Vec<Option<Probe>>> {
-    spread.on_nodes(node_of, |ranks, culled, grid, decomposition| {
-        let (model, renderer, layers) = (model(culled, ranks.rank()), Renderer::new(1).unwrap(), layers());
+    own: impl Fn(usize) -> Vec<Arrays> + Sync,
+    trying: &str,
+) -> Vec<Option<Probe>> {
+    let renderer = Renderer::new(1).unwrap();
+    let probe = |at: &[f64; 2]| renderer.probe(scene, grid, &layers(), fields(whole), *at).unwrap();
+    let expected: Vec<Option<Probe>> = places.iter().map(probe).collect();
+    let found = spread.on_nodes(node_of, |ranks, _, grid, decomposition| {
+        let (own, renderer, layers) = (own(ranks.rank()), Renderer::new(1).unwrap(), layers());
         let data = DistributedGrid { grid, decomposition: Some(&decomposition.unwrap()), layers: &layers };
-        let probe = |at: &[f64; 2]| renderer.probe_decomposed(ranks, scene, data, model.fields(), *at).unwrap();
-        places.iter().map(probe).collect()
-    })
+        let probe = |at: &[f64; 2]| renderer.probe_decomposed(ranks, scene, data, fields(&own[1]), *at).unwrap();
+        places.iter().map(probe).collect::<Vec<_>>()
+    });
+    assert!(found[1..].iter().flatten().all(Option::is_none));
+    for ((found, expected), at) in found[0].iter().zip(&expected).zip(places) {
+        assert_same_probe(found, expected, &format!("{trying}, {at:?}"));
+    }
+    expected
 }
 
 #[test]
@@ -201,27 +190,16 @@ fn probes_over_nodes_are_those_of_one_process() {
     let nodes: [&[usize]; 3] = [&[0, 0], &[0, 1, 0], &[0, 1, 2, 1]];
     let (mut hits, mut columns) = (0, 0);
     for location in [Location::Center, Location::Corner] {
-        let model = Model::whole(mesh, 1, location);
+        let [_, whole] = steps(mesh, location);
         for (i, (name, scene)) in scenes().into_iter().enumerate().filter(|(_, (name, _))| !name.contains("derived")) {
-            let renderer = Renderer::new(1).unwrap();
-            let probe = |at| renderer.probe(&scene, &grid, &layers(), model.fields(), at).unwrap();
-            let expected: Vec<Option<Probe>> = places.iter().map(|at| probe(*at)).collect();
             for (k, node_of) in nodes.into_iter().enumerate() {
                 let (partition, owner) = partitions(mesh, node_of.len()).swap_remove((i + k) % 4);
                 let spread = Spread::new(mesh, node_of.len(), &owner);
-                let found = probed(&spread, node_of, &scene, &places, |culled, rank| {
-                    let rows = (&culled.cells[..], &culled.corners[..]);
-                    let mut model = Model::new(mesh, 1, rows, location);
-                    model.spoil(mesh, rows, location, |cell| owner[cell], rank);
-                    model
-                });
-                assert!(found[1..].iter().flatten().all(Option::is_none));
-                for ((found, expected), at) in found[0].iter().zip(&expected).zip(&places) {
-                    let trying = format!("{name}, {location:?}, {partition} on {node_of:?}, {at:?}");
-                    assert_same_probe(found, expected, &trying);
-                    hits += usize::from(found.is_some());
-                    columns += usize::from(found.as_ref().is_some_and(|found| !found.column.is_empty()));
-                }
+                let trying = format!("{name}, {location:?}, {partition} on {node_of:?}");
+                let own = |rank: usize| own_of(mesh, &spread, location, rank);
+                let found = probed(&grid, &whole, (&spread, node_of), &scene, &places, own, &trying);
+                hits += found.iter().flatten().count();
+                columns += found.iter().flatten().filter(|found| !found.column.is_empty()).count();
             }
         }
     }
@@ -237,21 +215,13 @@ fn probes_find_the_core_below_holes_over_nodes() {
     let mut below = 0;
     for (i, (hole, stays)) in holes(&mesh).iter().enumerate() {
         let culled = Culled::new(&mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
-        let whole = Model::new(&mesh, 1, (&culled.cells[..], &culled.corners[..]), Location::Center);
-        let renderer = Renderer::new(1).unwrap();
-        let probe = |at: &[f64; 2]| renderer.probe(&scene, &culled.grid(), &layers(), whole.fields(), *at).unwrap();
-        let expected: Vec<Option<Probe>> = places.iter().map(probe).collect();
+        let whole = of_culled(&mesh, 1, &culled);
         let (partition, owner) = partitions(&mesh, 3).swap_remove(i % 4);
-        let owner = without_holes(owner, stays);
-        let spread = Spread::new(&mesh, 3, &owner);
-        let found = probed(&spread, &[0, 1, 1], &scene, &places, |culled, _| {
-            Model::new(&mesh, 1, (&culled.cells[..], &culled.corners[..]), Location::Center)
-        });
-        for ((found, expected), at) in found[0].iter().zip(&expected).zip(&places) {
-            assert_same_probe(found, expected, &format!("{hole}, {partition}, {at:?}"));
-            let is_hole = expected.as_ref().is_some_and(|probe| probe.along.is_empty());
-            below += usize::from(is_hole);
-        }
+        let spread = Spread::new(&mesh, 3, &without_holes(owner, stays));
+        let (trying, parts) = (format!("{hole}, {partition}"), (&spread, &[0, 1, 1][..]));
+        let own = |rank: usize| own_of(&mesh, &spread, Location::Center, rank);
+        let found = probed(&culled.grid(), &whole, parts, &scene, &places, own, &trying);
+        below += found.iter().flatten().filter(|probe| probe.along.is_empty()).count();
     }
     assert!(below > 50, "{below}");
 }
@@ -260,7 +230,7 @@ fn probes_find_the_core_below_holes_over_nodes() {
 #[test]
 fn pictures_of_several_nodes_differ_by_less_than_the_tolerance() {
     let (mesh, grid) = icosahedral(4);
-    let steps = [0, 1].map(|step| Model::whole(mesh, step, Location::Center));
+    let steps = steps(mesh, Location::Center);
     for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
         let mut scene = scene(NEAR, &format!("tolerance = {tolerance}"), "");
         scene.volumes.truncate(1);
@@ -271,7 +241,8 @@ fn pictures_of_several_nodes_differ_by_less_than_the_tolerance() {
         let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
         for (partition, owner) in partitions(mesh, 4) {
             let spread = Spread::new(mesh, 4, &owner);
-            let (frame, _) = of_nodes(&spread, (mesh, &owner), &scene, Location::Center, &[0, 1, 2, 3]);
+            let own = |rank: usize| own_of(mesh, &spread, Location::Center, rank);
+            let (frame, _) = spread.draw(&[0, 1, 2, 3], &scene, &layers(), own);
             let most = difference(&frame, &expected);
             println!("tolerance {tolerance:e}, {partition}: {most:.1e}");
             assert!(f64::from(most) <= tolerance + 1e-6, "tolerance {tolerance:e}, {partition}: {most:e}");

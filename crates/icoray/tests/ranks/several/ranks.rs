@@ -1,29 +1,25 @@
 //! Scenes of several fields over ranks: the picture of one process.
 
 use super::*;
-use crate::common::{assert_same_refusal, at_centers, level_fastest, on_ranks, picture, refusal, render_decomposed};
+use crate::common::{Array, assert_same_refusal, on_ranks, picture, refusal};
 use crate::spread::{Spread, partitions};
-use icoray::{Decomposition, DistributedGrid, Error, ErrorKind, Owned, PartCells, Rendered};
+use icoray::{Decomposition, DistributedGrid, ErrorKind};
 use icoray_test_support::Random;
-
-/// The second of two frames on this rank.
-pub(super) fn second(mut render: impl FnMut(usize) -> Result<Rendered, Error>) -> Rendered {
-    let [_, second] = [0, 1].map(|step| render(step).unwrap());
-    second
-}
 
 #[test]
 fn tiles_are_bitwise_those_of_one_process() {
     let (mesh, grid) = icosahedral(3);
-    let steps = [0, 1].map(|step| Model::whole(mesh, step, Location::Corner));
+    let steps = steps(mesh, Location::Corner);
     for (name, scene) in scenes() {
         let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
         for count in [1, 2, 3] {
-            let drawn = on_ranks(count, |ranks| {
+            let (frame, _) = picture(on_ranks(count, |ranks| {
                 let renderer = Renderer::new(1).unwrap();
-                second(|step| renderer.render_over(ranks, &scene, &grid, &layers(), steps[step].fields()))
-            });
-            let (frame, _) = picture(drawn);
+                let [_, second] = steps
+                    .each_ref()
+                    .map(|step| renderer.render_over(ranks, &scene, &grid, &layers(), fields(step)).unwrap());
+                second
+            }));
             assert!(bits(&frame) == bits(&expected), "{name} on {count} ranks");
             assert_eq!(frame.report.bytes_derived, expected.report.bytes_derived, "{name}");
         }
@@ -33,24 +29,24 @@ fn tiles_are_bitwise_those_of_one_process() {
 #[test]
 fn columns_are_bitwise_those_of_one_process() {
     let (mesh, grid) = icosahedral(3);
-    let steps = [0, 1].map(|step| Model::whole(mesh, step, Location::Center));
+    let steps = steps(mesh, Location::Center);
     for (name, scene) in scenes() {
         let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
         for count in [2, 3] {
-            let drawn = on_ranks(count, |ranks| {
-                let mine: Vec<usize> =
-                    (0..mesh.cells()).filter(|cell| Random::at(*cell).below(count) == ranks.rank()).collect();
-                let global: Vec<i64> = mine.iter().map(|cell| *cell as i64).collect();
-                let owned = vec![1; mine.len()];
-                let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };
-                let decomposition = Decomposition::new(ranks, &grid, &cells).unwrap();
+            let (frame, _) = picture(on_ranks(count, |ranks| {
+                let is_mine = |cell: &usize| Random::at(*cell).below(count) == ranks.rank();
+                let mine = Rows::own((0..mesh.cells()).filter(is_mine).collect());
+                let decomposition = Decomposition::new(ranks, &grid, &mine.cells()).unwrap();
                 assert!(matches!(decomposition, Decomposition::Columns(_)));
-                let own = [0, 1].map(|step| Model::new(mesh, step, (&mine, &[]), Location::Center));
                 let renderer = Renderer::new(1).unwrap();
                 let data = DistributedGrid { grid: &grid, decomposition: Some(&decomposition), layers: &layers() };
-                second(|step| renderer.render_decomposed(ranks, &scene, data, own[step].fields()))
-            });
-            assert!(bits(&picture(drawn).0) == bits(&expected), "{name} on {count} ranks");
+                let [_, second] = [0, 1].map(|step| {
+                    let own = arrays(mesh, step, [&mine, &Rows::default()], Location::Center);
+                    renderer.render_decomposed(ranks, &scene, data, fields(&own)).unwrap()
+                });
+                second
+            }));
+            assert!(bits(&frame) == bits(&expected), "{name} on {count} ranks");
         }
     }
 }
@@ -60,7 +56,7 @@ fn columns_are_bitwise_those_of_one_process() {
 #[test]
 fn surfaces_of_a_value_that_stays_are_met_once() {
     let (mesh, grid) = icosahedral(4);
-    let at = crate::culled::directions(&mesh.lon_center_rad, &mesh.lat_center_rad);
+    let at = directions(&mesh.lon_center_rad, &mesh.lat_center_rad);
     // No binary fraction: weights that add up to 1 bring it back but for rounding.
     let level = 0.7;
     for rises in [true, false] {
@@ -82,15 +78,11 @@ fn surfaces_of_a_value_that_stays_are_met_once() {
             ..icoray::Scenery::default()
         };
         (scene.width, scene.height) = (200, 170);
-        let values = |cells: &[usize]| -> Vec<f64> {
-            cells.iter().flat_map(|cell| (0..INTERFACES).map(|layer| value(*cell, layer))).collect()
-        };
-        let all: Vec<usize> = (0..mesh.cells()).collect();
-        let render = |scene: &Scene| {
-            let values = values(&all);
-            let field = at_centers(&values, INTERFACES);
-            Renderer::new(2).unwrap().render(scene, &grid, &layers(), &field).unwrap()
-        };
+        let layout = |columns| Shape::level_fastest(columns, INTERFACES);
+        let arrays =
+            |cells: &Rows| vec![("f", cells.array(layout, (true, Location::Center, None), value, |_| f64::NAN))];
+        let all = arrays(&Rows::all(mesh.cells()));
+        let render = |scene: &Scene| Renderer::new(2).unwrap().render(scene, &grid, &layers(), fields(&all)).unwrap();
         let whole = render(&scene);
         // A little off the value that stays there is no doubt.
         let mut beside = scene.clone();
@@ -102,11 +94,9 @@ fn surfaces_of_a_value_that_stays_are_met_once() {
             |a: &Frame, b: &Frame| a.pixels.iter().zip(&b.pixels).filter(|(a, b)| (a[0] - b[0]).abs() > 1e-3).count();
         assert_eq!(differ(&whole, &sure), 0, "rises: {rises}, of {}", shown(&sure));
         for (partition, owner) in &partitions(mesh, 3)[1..3] {
-            let (frame, _) = picture(Spread::new(mesh, 3, owner).each(|ranks, culled, grid, decomposition| {
-                let values = values(&culled.cells);
-                let field = at_centers(&values, INTERFACES);
-                render_decomposed(ranks, &scene, (grid, &decomposition.unwrap()), &layers(), &field).unwrap()
-            }));
+            let spread = Spread::new(mesh, 3, owner);
+            let own = |rank: usize| vec![arrays(&spread.cells[rank])];
+            let (frame, _) = spread.draw(&[0, 1, 2], &scene, &layers(), own);
             assert_eq!(differ(&frame, &sure), 0, "rises: {rises}, {partition}");
         }
     }
@@ -115,84 +105,58 @@ fn surfaces_of_a_value_that_stays_are_met_once() {
 /// Wrong further fields or heights of one rank are the same error on all.
 #[test]
 fn bad_data_on_one_rank_are_the_error_of_all() {
-    let mesh = IcosahedralMesh::new(2).unwrap();
-    type Damage = for<'m> fn(Fields<'m>, &'m Model) -> Fields<'m>;
-    fn with<'m>(of: Fields<'m>, name: &str, field: Option<Field<'m>>) -> Fields<'m> {
-        let named = of.iter().filter(|(known, _)| *known != name).map(|(known, field)| (known, *field));
-        let fields: Vec<(&str, Field)> = named.chain(field.map(|field| (name, field))).collect();
-        let heights = *of.heights().unwrap();
-        Fields::new(fields).with_heights(heights)
+    use Location::{Center, Corner};
+    /// The same over all columns, in 64 bits.
+    fn set(array: &mut Array, columns: usize, layers: usize, location: Location, value: fn(usize) -> f64) {
+        let shape = Shape::level_fastest(columns, layers);
+        *array = Array::new(shape, true, location, None, |_, layer| value(layer));
     }
-    /// Values of `g`, read as so many columns and layers.
-    fn g(m: &Model, columns: usize, layers: usize) -> Option<Field<'_>> {
-        Some(at_centers(&m.g[..columns * layers], layers))
-    }
-    let cases: [(&str, Damage, ErrorKind, &str); 10] = [
-        ("none", |of, _| with(of, "g", None), ErrorKind::Scene, "the scene shows field \"g\""),
-        ("columns", |of, m| with(of, "g", g(m, m.cells - 1, INTERFACES)), ErrorKind::Field, "\"g\": "),
+    let (of_scene, of_field, of_layers, of_mpi) =
+        (ErrorKind::Scene, ErrorKind::Field, ErrorKind::Layers, ErrorKind::Mpi);
+    // Of h, f, g and heights, on 162 cells and 320 corners.
+    type Damage = fn(&mut Arrays);
+    let cases: [(Damage, ErrorKind, &str); 10] = [
+        (|of| drop(of.remove(2)), of_scene, "the scene shows field \"g\""),
+        (|of| of[2].1.shape.columns = 161, of_field, "\"g\": "),
         (
-            "layers",
-            |of, m| with(of, "g", g(m, m.cells, LAYERS)),
-            ErrorKind::Mpi,
+            |of| of[2].1.shape.layers = LAYERS,
+            of_mpi,
             "has \"g\" of 4 layers of 64 bits at centres, but \"g\" of 5 layers of 64 bits at centres on rank 0",
         ),
-        ("too few layers", |of, m| with(of, "g", g(m, m.cells, 2)), ErrorKind::Field, "\"g\": "),
+        (|of| of[2].1.shape.layers = 2, of_field, "\"g\": "),
         (
-            "place",
-            |of, m| with(of, "h", g(m, m.cells, INTERFACES)),
-            ErrorKind::Mpi,
+            |of| set(&mut of[0].1, 162, INTERFACES, Center, |_| 0.5),
+            of_mpi,
             "has \"h\" of 5 layers of 64 bits at centres, but \"h\" of 5 layers of 32 bits at corners",
         ),
         (
-            "bits",
-            |of, m| {
-                let wide: &'static [f64] = vec![0.5; m.h.len()].leak();
-                with(of, "h", Some(level_fastest(wide, INTERFACES, Location::Corner)))
-            },
-            ErrorKind::Mpi,
+            |of| set(&mut of[0].1, 320, INTERFACES, Corner, |_| 0.5),
+            of_mpi,
             "has \"h\" of 5 layers of 64 bits at corners, but \"h\" of 5 layers of 32 bits",
         ),
+        (|of| drop(of.pop()), of_scene, "the scene has heights = \"native\""),
+        (|of| of[3].1.shape.layers = LAYERS, of_layers, "heights: "),
+        (|of| set(&mut of[3].1, 162, INTERFACES, Center, |layer| -(layer as f64)), of_layers, "heights: cell "),
         (
-            "no heights",
-            |of, _| Fields::new(of.iter().map(|(name, field)| (name, *field))),
-            ErrorKind::Scene,
-            "the scene has heights = \"native\"",
-        ),
-        (
-            "heights of another shape",
-            |of, m| of.with_heights(at_centers(&m.heights[..m.cells * LAYERS], LAYERS)),
-            ErrorKind::Layers,
-            "heights: ",
-        ),
-        (
-            "heights that fall",
-            |of, m| of.with_heights(at_centers(&m.g, INTERFACES)),
-            ErrorKind::Layers,
-            "heights: cell ",
-        ),
-        (
-            "higher heights",
-            |of, m| {
-                let mut heights = m.heights.clone();
-                heights[LAYERS] = 9e4;
-                of.with_heights(at_centers(heights.leak(), INTERFACES))
-            },
-            ErrorKind::Mpi,
+            |of| set(&mut of[3].1, 162, INTERFACES, Center, |layer| 9e4 * layer as f64),
+            of_mpi,
             "has heights of the lowest and highest layers",
         ),
     ];
+    let (mesh, grid) = icosahedral(2);
     let mut scene = scene(FAR, "", "");
     scene.scenery.heights = Heights::Native;
-    for (name, damage, kind, words) in cases {
-        println!("{name}");
+    for (i, (damage, kind, words)) in cases.into_iter().enumerate() {
+        println!("case {i}");
         let refusals = on_ranks(3, |ranks| {
-            let (model, grid) = (Model::whole(&mesh, 0, Location::Corner), Grid::new(mesh.tables()).unwrap());
-            let fields = model.fields();
-            let fields = if ranks.rank() == 1 { damage(fields, &model) } else { fields };
+            let [good, mut bad] = [0, 1].map(|_| steps(mesh, Corner).into_iter().next().unwrap());
+            if ranks.rank() == 1 {
+                damage(&mut bad);
+            }
             let renderer = Renderer::new(1).unwrap();
-            let refusal = refusal(renderer.render_over(ranks, &scene, &grid, &layers(), fields));
+            let refusal = refusal(renderer.render_over(ranks, &scene, &grid, &layers(), fields(&bad)));
             // The next frame is drawn.
-            renderer.render_over(ranks, &scene, &grid, &layers(), model.fields()).unwrap();
+            renderer.render_over(ranks, &scene, &grid, &layers(), fields(&good)).unwrap();
             refusal
         });
         assert_same_refusal(&refusals, kind, &format!("rank 1: {words}"));
