@@ -2,10 +2,11 @@
 
 use crate::blueprint::BlueprintField;
 use crate::conduit::Array;
-use crate::context::Context;
+use crate::context::{Context, error};
 use crate::grid::HostGrid;
 use crate::order::{Layout, Order, Strides};
 use icoray::{Error, ErrorKind, OwnedReals, Reals, Result};
+use icoray_context::types::icoray_array;
 use serde::{Deserialize, Serialize};
 
 /// What a rank without elements must know of a field of other ranks.
@@ -42,7 +43,7 @@ pub fn set(
     let reason = match in_place(values, layout) {
         Ok(strides) => {
             let data = if values.is_empty() { std::ptr::dangling() } else { values.address(0) };
-            context.set_field(name, &columns.values(kind.is_f64, data, strides))?;
+            given(context, name, &columns.values(kind.is_f64, data, strides))?;
             return Ok(None);
         }
         Err(reason) => reason,
@@ -60,7 +61,7 @@ pub fn set(
         Reals::F32(values) => values.as_ptr().cast(),
         Reals::F64(values) => values.as_ptr().cast(),
     };
-    context.set_field(name, &columns.values(kind.is_f64, data, Strides::by_column(layout.layers)))?;
+    given(context, name, &columns.values(kind.is_f64, data, Strides::by_column(layout.layers)))?;
     Ok(Some(CopiedField { values: copy, reason }))
 }
 
@@ -68,7 +69,12 @@ pub fn set(
 pub fn set_empty(context: &Context, name: &str, kind: &FieldKind, on: &HostGrid) -> Result<()> {
     let columns = on.columns_of(kind.is_at_elements);
     let strides = Strides::by_column(columns.layout.layers);
-    context.set_field(name, &columns.values(kind.is_f64, std::ptr::dangling(), strides))
+    given(context, name, &columns.values(kind.is_f64, std::ptr::dangling(), strides))
+}
+
+fn given(context: &Context, name: &str, values: &icoray_array) -> Result<()> {
+    // SAFETY: values that the host and the adaptor keep until the context has executed.
+    unsafe { context.set_field(name, values) }.map_err(error)
 }
 
 /// The strides of values that can be read where they are, or why they cannot.
