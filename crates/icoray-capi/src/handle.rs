@@ -71,7 +71,7 @@ impl icoray_ctx {
 
     /// Whether this process is a fork of the one that opened the context. Checked before locking: a lock that another
     /// thread held during the fork is never released.
-    pub(crate) fn is_forked(&self) -> bool {
+    pub fn is_forked(&self) -> bool {
         self.process != std::process::id()
     }
 
@@ -129,6 +129,8 @@ pub(crate) enum CallKind {
     Answer,
     /// Collective: a rank with a poisoned context takes part in the agreement, so that no rank waits for it.
     Collective,
+    /// The last one, which is collective and of poisoned contexts too.
+    Close,
 }
 
 impl icoray_ctx {
@@ -149,10 +151,11 @@ impl icoray_ctx {
                     finished?;
                 }
                 CallKind::Answer => context.refuse_if_over()?,
+                CallKind::Close => {}
                 CallKind::Collective if context.is_shared() => {}
                 CallKind::Local | CallKind::Collective => context.refuse_if_poisoned()?,
             }
-            let is_of_all = matches!(kind, CallKind::Collective);
+            let is_of_all = matches!(kind, CallKind::Collective | CallKind::Close);
             self.run(context, if is_of_all { Context::failed_for_all } else { Context::failed }, call)
         });
         if is_refused {

@@ -3,7 +3,7 @@
 use crate::borrow::{sized, text};
 use crate::boundary::{Failure, Outcome, caught, guarded, last_message, refused_by, status};
 use crate::context::Context;
-use crate::handle::icoray_ctx;
+use crate::handle::{CallKind, icoray_ctx};
 use crate::message::floor_char_boundary;
 use crate::ranks;
 use crate::types::{icoray_config, icoray_status};
@@ -97,14 +97,14 @@ impl icoray_ctx {
         })
     }
 
-    /// Closes the context as icoray_close does.
+    /// Closes the context as icoray_close does. No other call may follow, unless this one fails as another call has not
+    /// returned yet. It must not be dropped in a forked process, where its threads are not.
     ///
     /// # Errors
-    /// The failure of a frame that no call has returned yet.
-    pub fn close(self: Box<Self>) -> Result<(), Failure> {
-        let mut ctx = Box::into_raw(self);
-        // SAFETY: an open context that nobody else has.
-        unsafe { closed(&raw mut ctx) }
+    /// As icoray_close.
+    pub fn close(&self) -> Result<(), Failure> {
+        // Waiting for threads that are not here would never end.
+        if self.is_forked() { Ok(()) } else { self.call(CallKind::Close, Context::finish) }
     }
 }
 
@@ -212,46 +212,27 @@ pub unsafe extern "C" fn icoray_last_error(ctx: *const icoray_ctx, buf: *mut c_c
 /// `ctx` is NULL, or points to NULL or to an open context that no other thread uses from now on.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_close(ctx: *mut *mut icoray_ctx) -> icoray_status {
-    // SAFETY: passed on.
-    status(&unsafe { closed(ctx) })
-}
-
-/// # Safety
-/// As icoray_close.
-unsafe fn closed(ctx: *mut *mut icoray_ctx) -> Outcome<()> {
-    let mut refused = 0;
-    let outcome = guarded(|| {
-        if ctx.is_null() {
-            return Err(Failure::null("ctx"));
-        }
-        // SAFETY: not NULL; the caller promises a pointer there.
-        let open = unsafe { ctx.read() };
-        // SAFETY: NULL or an open context.
-        let Some(handle) = (unsafe { open.as_ref() }) else {
-            return Ok(());
-        };
-        if handle.is_forked() {
-            // Its threads are not here, and waiting for them would never end.
-            // SAFETY: as above.
-            unsafe { ctx.write(ptr::null_mut()) };
-            return Ok(());
-        }
-        let outcome = match handle.enter_with_others() {
-            // Closed all the same, so a panic goes no further than this; the log hears of a failure as of any other.
-            Ok(mut entry) => handle.run(&mut entry.context, Context::failed_for_all, Context::finish),
-            Err(busy) => {
-                refused = open.addr();
-                return Err(busy);
-            }
-        };
-        // SAFETY: as above.
-        unsafe { ctx.write(ptr::null_mut()) };
-        // SAFETY: it came out of Box::into_raw in icoray_open or icoray_open_serial, and *ctx no longer has it.
-        drop(unsafe { Box::from_raw(open) });
-        outcome
-    });
-    if refused != 0 {
-        refused_by(refused);
+    if ctx.is_null() {
+        return status(&guarded::<()>(|| Err(Failure::null("ctx"))));
     }
-    outcome
+    // SAFETY: not NULL; the caller promises a pointer there.
+    let open = unsafe { ctx.read() };
+    // SAFETY: NULL or an open context.
+    let Some(handle) = (unsafe { open.as_ref() }) else { return icoray_status::ICORAY_OK };
+    let status = status(&handle.close());
+    if status == icoray_status::ICORAY_ERR_BUSY {
+        return status;
+    }
+    // SAFETY: as above.
+    unsafe { ctx.write(ptr::null_mut()) };
+    if !handle.is_forked() {
+        // SAFETY: it came out of Box::into_raw in icoray_open or icoray_open_serial, and *ctx no longer has it.
+        let owned = unsafe { Box::from_raw(open) };
+        // A panic goes no further than this.
+        let _ = guarded(move || {
+            drop(owned);
+            Ok(())
+        });
+    }
+    status
 }

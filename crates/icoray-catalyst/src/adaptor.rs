@@ -187,13 +187,15 @@ impl Adaptor {
             }
         }
         let missing = self.scene_fields.iter().filter(|name| !given.contains(*name) && !refused.contains(*name));
+        // Of this step or an earlier one.
+        let has_grid = self.grids.values().any(|slot| slot.tables.are_set());
         let mut reasons = BTreeSet::new();
         for name in missing.cloned().collect::<Vec<_>>() {
             match self.set_without_values(&name, channels, places, failures) {
                 Ok(()) => {
                     given.insert(name);
                 }
-                Err(why) if self.has_grid() => self.context.refuse(FIELD_SET, &name, &why),
+                Err(why) if has_grid => self.context.refuse(FIELD_SET, &name, &why),
                 // This is what a frame lacks first.
                 Err(why) => {
                     if reasons.insert(why.clone()) {
@@ -225,11 +227,6 @@ impl Adaptor {
         let empty = on.filter(|on| on.elements.layout.elements == 0);
         let empty = empty.ok_or_else(|| "the host gives no such field on this rank".to_owned())?;
         set_empty(&self.context, name, &place.kind, empty).map_err(|e| e.to_string())
-    }
-
-    /// Whether the context has a grid, of this step or an earlier one.
-    fn has_grid(&self) -> bool {
-        self.grids.values().any(|slot| slot.tables.are_set())
     }
 
     /// Keeps a copy of a field until the frame is drawn, and reports it once.

@@ -49,7 +49,10 @@ impl Deref for Context {
 impl Drop for Context {
     fn drop(&mut self) {
         // The log has what failed.
-        let _ = self.0.take().map(icoray_ctx::close);
+        let _ = self.close();
+        if self.is_forked() {
+            std::mem::forget(self.0.take());
+        }
     }
 }
 

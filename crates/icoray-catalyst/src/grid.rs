@@ -3,11 +3,11 @@
 use crate::blueprint::Geometry;
 use crate::columns::Columns;
 use crate::context::{Context, error};
-use crate::order::{Layout, Strides};
+use crate::order::Layout;
 use crate::peers::Peers;
 use crate::surface::{OwnedRows, Piece, Placement, Surface, direction_of, directions};
 use glam::DVec3;
-use icoray::{Error, Grid, GridTables, Result};
+use icoray::{Error, Grid, GridTables, Result, Shape};
 use icoray_context::bindings::PartInput;
 use icoray_context::types::{ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, icoray_array};
 use icoray_dataset::Mesh;
@@ -241,7 +241,8 @@ impl HostGrid {
         let has_own = is_at_elements && self.elements.grid != self.points.grid;
         let (columns, heights) = if has_own { (&self.elements, at_elements) } else { (&self.points, at_points) };
         let layers = self.points.layout.layers;
-        let values = columns.values(true, heights.as_ptr().cast(), Strides::by_column(layers));
+        let shape = Shape::level_fastest(columns.layout.columns, layers);
+        let values = columns.values(true, heights.as_ptr().cast(), &shape);
         Some(icoray_array { layers: layers as i64, ..values })
     }
 }
@@ -257,20 +258,19 @@ impl HostColumns {
         }
     }
 
-    /// Values of these columns, which borrow the name of grid and layers; element 0 of the strides is at `data`.
-    pub fn values(&self, is_f64: bool, data: *const u8, strides: Strides) -> icoray_array {
-        let bytes = if is_f64 { size_of::<f64>() } else { size_of::<f32>() } as isize;
+    /// Values of these columns, which borrow the name of grid and layers, with the strides of `shape` from `first`.
+    pub fn values(&self, is_f64: bool, first: *const u8, shape: &Shape) -> icoray_array {
         icoray_array {
             struct_size: size_of::<icoray_array>(),
-            data: data.wrapping_offset(strides.first as isize * bytes).cast(),
+            data: first.cast(),
             r#type: if is_f64 { ICORAY_F64 } else { ICORAY_F32 },
             location: if self.is_at_corners { ICORAY_CORNER } else { ICORAY_CENTER },
             columns: self.rows.row.len() as i64,
             layers: self.layout.layers as i64,
-            column_stride: strides.column,
-            layer_stride: strides.layer,
-            block: strides.block,
-            block_stride: strides.block_stride,
+            column_stride: shape.column_stride as i64,
+            layer_stride: shape.layer_stride as i64,
+            block: shape.block as i64,
+            block_stride: shape.block_stride as i64,
             has_fill: 0,
             fill_value: 0.0,
             grid_name: self.grid.as_ptr(),

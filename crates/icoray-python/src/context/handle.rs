@@ -14,12 +14,12 @@ use pyo3::exceptions::PyResourceWarning;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, TryLockError, TryLockResult};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, TryLockError, TryLockResult};
 
 /// An open context, until it is closed.
 pub(super) struct Handle {
-    /// Calls share the lock; close has it alone.
-    context: RwLock<Option<Box<icoray_ctx>>>,
+    /// Calls that have begun share it; close takes it away.
+    context: RwLock<Option<Arc<icoray_ctx>>>,
     is_shared: bool,
     /// Locked while the context takes an address and its array is kept.
     giving: Mutex<()>,
@@ -71,7 +71,7 @@ impl Handle {
         let is_shared = team.is_some();
         // SAFETY: a config whose string lives until the call returns.
         let opened = py.detach(move || unsafe { icoray_ctx::open(config.get(), team) });
-        let context = RwLock::new(Some(opened.map_err(raised)?));
+        let context = RwLock::new(Some(opened.map_err(raised)?.into()));
         Ok(Handle { context, is_shared, giving: Mutex::default(), kept: Mutex::default() })
     }
 
@@ -81,9 +81,8 @@ impl Handle {
         py: Python,
         call: impl FnOnce(&icoray_ctx) -> Result<R, Failure> + Send,
     ) -> PyResult<R> {
-        let open = locked(self.context.try_read())?;
-        let context: &icoray_ctx = open.as_ref().ok_or_else(closed)?;
-        py.detach(move || call(context)).map_err(raised)
+        let context = locked(self.context.try_read())?.clone().ok_or_else(closed)?;
+        py.detach(move || call(&context)).map_err(raised)
     }
 
     /// Makes a call that gives the context an address, and keeps what owns the memory there: both or none, so that of
@@ -122,9 +121,13 @@ impl Handle {
     pub fn close(&self, py: Python) -> PyResult<()> {
         let _giving = locked(self.giving.try_lock())?;
         let mut open = locked(self.context.try_write())?;
-        let Some(context) = open.take() else { return Ok(()) };
-        let closed = py.detach(move || context.close());
-        let _kept = std::mem::take(&mut *self.kept());
+        let Some(context) = open.clone() else { return Ok(()) };
+        let closed = py.detach(|| context.close());
+        let is_open = closed.as_ref().is_err_and(|failure| failure.status == icoray_status::ICORAY_ERR_BUSY);
+        if context.is_forked() {
+            std::mem::forget(open.take());
+        }
+        let _closed = (!is_open).then(|| (open.take(), std::mem::take(&mut *self.kept())));
         closed.map_err(raised)
     }
 }
