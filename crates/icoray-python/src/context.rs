@@ -250,7 +250,7 @@ impl Context {
         grid: &str,
         layers: &str,
     ) -> PyResult<()> {
-        let names = ArrayNames::new(grid, layers)?;
+        let (name, names) = (plain(name, "name")?, ArrayNames::new(grid, layers)?);
         let given = arrays::given(values, location, fill, layer_axis);
         let field = given.map_err(|error| self.handle.refuse(py, "icoray_field_set", name, error))?;
         let array = CArray::new(field.get(), &names);
@@ -266,8 +266,12 @@ impl Context {
     /// Sets the long name and the units of a field, for labels and texts of pictures.
     #[pyo3(signature = (name, long_name = None, units = None))]
     fn field_describe(&self, py: Python, name: &str, long_name: Option<&str>, units: Option<&str>) -> PyResult<()> {
-        let text = |text: Option<&str>| text.map(str::trim).filter(|text| !text.is_empty()).map(str::to_owned);
-        let description = Description { long_name: text(long_name), units: text(units) };
+        let name = plain(name, "name")?;
+        let text = |text: Option<&str>, what| -> PyResult<Option<String>> {
+            let text = plain(text.unwrap_or_default(), what)?.trim();
+            Ok((!text.is_empty()).then(|| text.to_owned()))
+        };
+        let description = Description { long_name: text(long_name, "long_name")?, units: text(units, "units")? };
         self.handle.call(py, |context| context.describe_field(name, description))
     }
 
@@ -276,12 +280,14 @@ impl Context {
     #[pyo3(signature = (path))]
     fn scene_load(&self, py: Python, path: PathBuf) -> PyResult<()> {
         let path = path.to_string_lossy();
-        self.handle.call(py, |context| context.load_scene(&path))
+        let path = plain(&path, "path")?;
+        self.handle.call(py, |context| context.load_scene(path))
     }
 
     /// As `scene_load`, from TOML text. Collective: all ranks use the text of rank 0.
     #[pyo3(signature = (text))]
     fn scene_text(&self, py: Python, text: &str) -> PyResult<()> {
+        let text = plain(text, "text")?;
         self.handle.call(py, |context| context.set_scene_text(text))
     }
 
@@ -289,6 +295,7 @@ impl Context {
     /// with the same answer on all ranks.
     #[pyo3(signature = (step, time_s = 0.0, field = None))]
     fn wants(&self, py: Python, step: i64, time_s: f64, field: Option<&str>) -> PyResult<bool> {
+        let field = field.map(|field| plain(field, "field")).transpose()?;
         let mut wants = false;
         self.handle.call(py, |context| context.wants(field, step, time_s, &mut wants))?;
         Ok(wants)
@@ -312,11 +319,12 @@ impl Context {
     #[pyo3(signature = (step, time_s = 0.0, date = None))]
     fn execute(&self, py: Python, step: i64, time_s: f64, date: Option<&Bound<PyAny>>) -> PyResult<()> {
         let date = date.map(date::text_of).transpose()?;
+        let date = date.as_deref().map(|date| plain(date, "date")).transpose()?;
         if time_s.is_finite() && self.wants(py, step, time_s, None).unwrap_or(false) {
             self.handle.kept().count_copies();
         }
         // SAFETY: tables and arrays are kept, callers must not write to them.
-        self.handle.call(py, |context| unsafe { context.execute(step, time_s, date.as_deref()) })
+        self.handle.call(py, |context| unsafe { context.execute(step, time_s, date) })
     }
 
     /// Waits until all frames are on disk. Collective.
@@ -364,6 +372,11 @@ impl Context {
             _ => self.scene_load(py, scene.extract()?),
         }
     }
+}
+
+/// A text, which has no NUL, as names in C have none.
+fn plain<'t>(text: &'t str, what: &str) -> PyResult<&'t str> {
+    c_string(text, what).map(|_| text)
 }
 
 /// A string of C.
