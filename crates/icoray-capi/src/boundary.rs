@@ -4,7 +4,7 @@ use crate::host::FloatingPoint;
 use crate::message::fitted;
 use crate::types::icoray_status;
 use icoray_core::Error;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::fmt::Display;
 use std::sync::Once;
@@ -42,48 +42,38 @@ impl icoray_status {
     }
 }
 
-impl Serialize for icoray_status {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        to.serialize_i32(*self as i32)
-    }
-}
-
-impl<'de> Deserialize<'de> for icoray_status {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        i32::deserialize(from).map(icoray_status::of_number)
-    }
-}
-
 /// Why a call failed: the status for the caller and the sentence for icoray_last_error.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct Failure {
+pub struct Failure {
+    /// The status.
     pub status: icoray_status,
+    /// The sentence.
     pub message: String,
 }
 
 impl Failure {
-    pub fn new(status: icoray_status, message: impl Into<String>) -> Self {
+    pub(crate) fn new(status: icoray_status, message: impl Into<String>) -> Self {
         Failure { status, message: message.into() }
     }
 
     /// Prefixes the message with its subject.
-    pub fn within(self, what: impl Display) -> Self {
+    pub(crate) fn within(self, what: impl Display) -> Self {
         Self::new(self.status, format!("{what}: {}", self.message))
     }
 
     /// Prefixes the message with the step.
-    pub fn at_step(self, step: i64) -> Self {
+    pub(crate) fn at_step(self, step: i64) -> Self {
         self.within(format_args!("step {step}"))
     }
 
     /// Prefixes the message with the step and, if it has a name, the view.
-    pub fn of_picture(self, view: &str, step: i64) -> Self {
+    pub(crate) fn of_picture(self, view: &str, step: i64) -> Self {
         let failure = if view.is_empty() { self } else { self.within(format_args!("view {view:?}")) };
         failure.at_step(step)
     }
 
     /// A pointer that must not be NULL.
-    pub fn null(what: &str) -> Self {
+    pub(crate) fn null(what: &str) -> Self {
         Self::new(icoray_status::ICORAY_ERR_NULL, format!("{what} is NULL"))
     }
 }
@@ -95,7 +85,7 @@ impl From<Error> for Failure {
 }
 
 /// Result of a call before it becomes a status.
-pub(crate) type Outcome<T> = Result<T, Failure>;
+pub type Outcome<T> = Result<T, Failure>;
 
 /// The last failure of a thread, for calls without a context.
 struct Last {
@@ -137,20 +127,16 @@ pub(crate) fn caught<T>(call: impl FnOnce() -> Outcome<T>) -> Outcome<T> {
     Error::of_panics(|| Ok(call())).unwrap_or_else(|error| Err(error.into()))
 }
 
-/// Runs a call from outside in icoray's own floating-point state, turns a panic into a failure, and keeps the message
-/// for this thread.
-pub(crate) fn guarded(call: impl FnOnce() -> Outcome<()>) -> Outcome<()> {
+/// Runs a call from outside in icoray's own floating-point state, turns a panic into a failure, shortens its message, and
+/// keeps that for this thread.
+pub(crate) fn guarded<T>(call: impl FnOnce() -> Outcome<T>) -> Outcome<T> {
     let _floating_point = FloatingPoint::set_default();
-    let outcome = caught(call);
-    if let Err(failure) = &outcome {
+    caught(call).map_err(|failure| {
+        let message = fitted(&failure.message).into_owned();
         // Destructors of the model's thread may call after this thread-local was destroyed.
-        let _ = LAST.try_with(|last| {
-            let mut last = last.borrow_mut();
-            last.message = fitted(&failure.message).into_owned();
-            last.refused_by = 0;
-        });
-    }
-    outcome
+        let _ = LAST.try_with(|last| *last.borrow_mut() = Last { message: message.clone(), refused_by: 0 });
+        Failure { message, ..failure }
+    })
 }
 
 /// Runs code of a binding as [`guarded`] runs calls from outside, for bindings that compute beside their calls.
@@ -159,7 +145,7 @@ pub(crate) fn guarded(call: impl FnOnce() -> Outcome<()>) -> Outcome<()> {
 /// The message of a failure or panic, of at most 400 bytes.
 pub fn protected(code: impl FnOnce() -> Result<(), String>) -> Result<(), String> {
     let call = || code().map_err(|message| Failure::new(icoray_status::ICORAY_ERR_INTERNAL, message));
-    guarded(call).map_err(|failure| fitted(&failure.message).into_owned())
+    guarded(call).map_err(|failure| failure.message)
 }
 
 pub(crate) fn status(outcome: &Outcome<()>) -> icoray_status {
@@ -244,7 +230,7 @@ pub(crate) mod tests {
     #[test]
     fn each_thread_keeps_its_last_failure() {
         loud();
-        let fail = |message: &'static str| guarded(|| Err(Failure::null(message))).unwrap_err();
+        let fail = |message: &'static str| guarded::<()>(|| Err(Failure::null(message))).unwrap_err();
         fail("first");
         std::thread::spawn(move || {
             assert_eq!(last_message(), "");

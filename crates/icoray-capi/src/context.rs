@@ -23,7 +23,7 @@ mod scene;
 #[cfg(test)]
 mod test_array;
 
-pub(crate) use collective::PartInput;
+pub use collective::PartInput;
 use inputs::{GridInput, Inputs, missing};
 use levels::TimeLevels;
 use live::Viewers;

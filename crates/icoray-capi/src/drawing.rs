@@ -54,7 +54,7 @@ pub(crate) struct Drawing {
     /// The step that the background renders.
     submitted_step: Option<SubmittedStep>,
     /// A note in all pictures from now on.
-    note: Option<Note>,
+    pub note: Option<Note>,
     /// What frames cost, where that is asked for.
     costs: Option<Vec<PictureCost>>,
 }
@@ -173,17 +173,6 @@ impl Drawing {
             ms: 1e3 * (timing.copy_s + timing.prepare_s + timing.render_s),
             is_coarsest: report.quality.pixel_step >= Quality::LARGEST_STEP,
         });
-    }
-
-    /// Adds a note to all pictures from now on, in place of the one before.
-    #[cfg(feature = "live")]
-    pub fn set_note(&mut self, note: Note) {
-        self.note = Some(note);
-    }
-
-    /// The note in all pictures from now on, if any.
-    pub fn note(&self) -> Option<Note> {
-        self.note.clone()
     }
 
     /// Checks that pictures can be written to the output directory. For the writing rank.

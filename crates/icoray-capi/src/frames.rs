@@ -2,13 +2,22 @@
 
 use crate::borrow::{argument, check_struct, text};
 use crate::boundary::{Failure, Outcome};
-use crate::handle::{icoray_ctx, with, with_all, with_answer};
+use crate::context::Context;
+use crate::handle::CallKind::{Answer, Collective, Local};
+use crate::handle::{icoray_ctx, with};
 use crate::types::{icoray_frame_report, icoray_status};
 use icoray_core::output::Stamp;
 use std::ffi::c_char;
 
 fn finite(time_s: f64) -> Outcome<()> {
     if time_s.is_finite() { Ok(()) } else { Err(argument(format!("time_s: {time_s}, expected a finite number"))) }
+}
+
+/// The stamp of a step; a blank date is none.
+pub(crate) fn stamp(step: i64, time_s: f64, date: Option<&str>) -> Outcome<Stamp> {
+    finite(time_s)?;
+    let date = date.map(str::trim).filter(|date| !date.is_empty()).map(str::to_owned);
+    Ok(Stamp { step, time_s, date })
 }
 
 /// Sets *wants to 1 if icoray_execute may draw a picture at this step, else to 0, so that a model can skip a costly
@@ -26,7 +35,7 @@ fn finite(time_s: f64) -> Outcome<()> {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_wants(ctx: *mut icoray_ctx, step: i64, time_s: f64, wants: *mut i32) -> icoray_status {
     // SAFETY: passed on; a NULL name stands for any field.
-    unsafe { wanted(ctx, None, step, time_s, wants) }
+    unsafe { answer(ctx, None, step, time_s, wants) }
 }
 
 /// Sets *wants to 1 if icoray_execute may read the field `name` at this step, for a picture or for a condition, else
@@ -44,12 +53,29 @@ pub unsafe extern "C" fn icoray_wants_field(
     wants: *mut i32,
 ) -> icoray_status {
     // SAFETY: passed on.
-    unsafe { wanted(ctx, Some(name), step, time_s, wants) }
+    unsafe { answer(ctx, Some(name), step, time_s, wants) }
 }
 
+/// Sets `wants` to whether a field, or any, may be read at this step. Fails for a time that is not finite.
+pub(crate) fn wanted(
+    context: &mut Context,
+    field: Option<&str>,
+    step: i64,
+    time_s: f64,
+    wants: &mut bool,
+) -> Outcome<()> {
+    let is_time = finite(time_s);
+    // No time of a scene is reached by NaN, so that the step decides.
+    let time_s = if is_time.is_ok() { time_s } else { f64::NAN };
+    *wants = context.wants(field, &Stamp { step, time_s, date: None });
+    is_time
+}
+
+/// Writes the answer of [`wanted`]; `name` is that of the field, if one is asked for.
+///
 /// # Safety
 /// As icoray_wants_field.
-unsafe fn wanted(
+unsafe fn answer(
     ctx: *mut icoray_ctx,
     name: Option<*const c_char>,
     step: i64,
@@ -57,24 +83,21 @@ unsafe fn wanted(
     wants: *mut i32,
 ) -> icoray_status {
     // SAFETY: NULL or can be written.
-    if let Some(wants) = unsafe { wants.as_mut() } {
-        *wants = 0;
-    }
+    let mut wants = unsafe { wants.as_mut() };
+    let mut is_wanted = false;
     // SAFETY: passed on.
-    unsafe {
-        with_answer(ctx, |context| {
+    let status = unsafe {
+        with(ctx, Answer, |context| {
             // SAFETY: passed on.
             let name = name.map(|name| text(name, "name")).transpose()?;
-            let is_time = finite(time_s);
-            // No time of a scene is reached by NaN, so that the step decides.
-            let time_s = if is_time.is_ok() { time_s } else { f64::NAN };
-            let answer = context.wants(name, &Stamp { step, time_s, date: None });
-            // SAFETY: as above.
-            let wants = wants.as_mut().ok_or_else(|| Failure::null("wants"))?;
-            *wants = answer.into();
-            is_time
+            let answered = wanted(context, name, step, time_s, &mut is_wanted);
+            if wants.is_none() { Err(Failure::null("wants")) } else { answered }
         })
+    };
+    if let Some(wants) = &mut wants {
+        **wants = is_wanted.into();
     }
+    status
 }
 
 /// Renders all pictures that are due at this step from the fields as they are now. A thread then writes each picture,
@@ -113,14 +136,9 @@ pub unsafe extern "C" fn icoray_execute(
 ) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with_all(ctx, |context| {
-            let stamp = || {
-                let date = if iso_datetime.is_null() { "" } else { text(iso_datetime, "iso_datetime")?.trim() };
-                let date = (!date.is_empty()).then(|| date.to_owned());
-                finite(time_s)?;
-                Ok(Stamp { step, time_s, date })
-            };
-            context.execute(stamp())
+        with(ctx, Collective, |context| {
+            let date = if iso_datetime.is_null() { Ok(None) } else { text(iso_datetime, "iso_datetime").map(Some) };
+            context.execute(date.and_then(|date| stamp(step, time_s, date)))
         })
     }
 }
@@ -133,7 +151,7 @@ pub unsafe extern "C" fn icoray_execute(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_wait(ctx: *mut icoray_ctx) -> icoray_status {
     // SAFETY: passed on.
-    unsafe { with_all(ctx, |context| context.wait()) }
+    unsafe { with(ctx, Collective, |context| context.wait()) }
 }
 
 /// Fills *report with cost and error of the last rendered frame. The caller sets report->struct_size before the call.
@@ -145,7 +163,7 @@ pub unsafe extern "C" fn icoray_wait(ctx: *mut icoray_ctx) -> icoray_status {
 pub unsafe extern "C" fn icoray_report(ctx: *mut icoray_ctx, report: *mut icoray_frame_report) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with(ctx, |context| {
+        with(ctx, Local, |context| {
             check_struct(report.cast_const())?;
             report.write(context.drawing.report()?);
             Ok(())

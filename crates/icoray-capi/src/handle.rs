@@ -56,12 +56,12 @@ impl icoray_ctx {
     }
 
     /// Runs a call; stores the message of its failure and passes it to `on_failure`.
-    pub(crate) fn run(
+    pub(crate) fn run<T>(
         &self,
         context: &mut Context,
         on_failure: impl FnOnce(&mut Context, &Failure),
-        call: impl FnOnce(&mut Context) -> Outcome<()>,
-    ) -> Outcome<()> {
+        call: impl FnOnce(&mut Context) -> Outcome<T>,
+    ) -> Outcome<T> {
         caught(|| call(context)).inspect_err(|failure| {
             on_failure(context, failure);
             let mut message = self.message.lock().unwrap_or_else(PoisonError::into_inner);
@@ -71,7 +71,7 @@ impl icoray_ctx {
 
     /// Whether this process is a fork of the one that opened the context. Checked before locking: a lock that another
     /// thread held during the fork is never released.
-    pub(crate) fn is_forked(&self) -> bool {
+    pub fn is_forked(&self) -> bool {
         self.process != std::process::id()
     }
 
@@ -117,99 +117,66 @@ impl icoray_ctx {
     }
 }
 
-/// Runs a call on a context: refuses NULL and a forked, busy or poisoned context, stores the message of a failure, and
-/// poisons the context after an internal error.
+/// How a call relates to other calls on the context and to those of other ranks.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum CallKind {
+    /// Of this rank alone; refused while another call on the context has not returned.
+    Local,
+    /// Of this rank alone, after a wait for frames in the background by the function of this name. The wait is
+    /// collective, also after failures on some ranks.
+    AfterFrames(&'static str),
+    /// Its answer is equal on all ranks without communication: fails only after errors that all ranks have agreed on.
+    Answer,
+    /// Collective: a rank with a poisoned context takes part in the agreement, so that no rank waits for it.
+    Collective,
+    /// The last one, which is collective and of poisoned contexts too.
+    Close,
+}
+
+impl icoray_ctx {
+    /// Runs a call on a context: refuses a forked, busy or poisoned one, stores the message of a failure, and poisons
+    /// the context after an internal error.
+    pub(crate) fn call<T>(&self, kind: CallKind, call: impl FnOnce(&mut Context) -> Outcome<T>) -> Outcome<T> {
+        let mut is_refused = false;
+        let outcome = guarded(|| {
+            let entered = if let CallKind::Local = kind { self.enter() } else { self.enter_with_others() };
+            let mut entry = entered.inspect_err(|_| is_refused = true)?;
+            let context = &mut entry.context;
+            // Every call does, so that frames in the background complete.
+            context.drawing.pump();
+            match kind {
+                CallKind::AfterFrames(name) => {
+                    let finished = self.run(context, Context::failed_for_all, |context| context.finish_frames(name));
+                    context.refuse_if_poisoned()?;
+                    finished?;
+                }
+                CallKind::Answer => context.refuse_if_over()?,
+                CallKind::Close => {}
+                CallKind::Collective if context.is_shared() => {}
+                CallKind::Local | CallKind::Collective => context.refuse_if_poisoned()?,
+            }
+            let is_of_all = matches!(kind, CallKind::Collective | CallKind::Close);
+            self.run(context, if is_of_all { Context::failed_for_all } else { Context::failed }, call)
+        });
+        if is_refused {
+            refused_by(ptr::from_ref(self).addr());
+        }
+        outcome
+    }
+}
+
+/// [`icoray_ctx::call`] for C; refuses NULL.
 ///
 /// # Safety
 /// `ctx` is NULL or comes from icoray_open or icoray_open_serial and is open.
-pub(crate) unsafe fn with(ctx: *const icoray_ctx, call: impl FnOnce(&mut Context) -> Outcome<()>) -> icoray_status {
-    // SAFETY: passed on.
-    unsafe {
-        entered(ctx, icoray_ctx::enter, |ctx, context| {
-            context.refuse_if_poisoned()?;
-            ctx.run(context, Context::failed, call)
-        })
-    }
-}
-
-/// As [`with`], for a call that first waits for frames in the background. The wait is collective, also after failures
-/// on some ranks.
-///
-/// # Safety
-/// As [`with`].
-pub(crate) unsafe fn with_frames_finished(
+pub(crate) unsafe fn with(
     ctx: *const icoray_ctx,
-    name: &'static str,
+    kind: CallKind,
     call: impl FnOnce(&mut Context) -> Outcome<()>,
 ) -> icoray_status {
-    // SAFETY: passed on.
-    unsafe {
-        entered(ctx, icoray_ctx::enter_with_others, |ctx, context| {
-            let finished = ctx.run(context, Context::failed_for_all, |context| context.finish_frames(name));
-            context.refuse_if_poisoned()?;
-            finished?;
-            ctx.run(context, Context::failed, call)
-        })
-    }
-}
-
-/// As [`with`], for calls whose answer is equal on all ranks without communication: fails only after errors that all
-/// ranks have agreed on.
-///
-/// # Safety
-/// As [`with`].
-pub(crate) unsafe fn with_answer(
-    ctx: *const icoray_ctx,
-    call: impl FnOnce(&mut Context) -> Outcome<()>,
-) -> icoray_status {
-    // SAFETY: passed on.
-    unsafe {
-        entered(ctx, icoray_ctx::enter_with_others, |ctx, context| {
-            context.refuse_if_over()?;
-            ctx.run(context, Context::failed, call)
-        })
-    }
-}
-
-/// As [`with`], for collective calls: a rank with a poisoned context takes part in the agreement, so that no rank waits
-/// for it.
-///
-/// # Safety
-/// As [`with`].
-pub(crate) unsafe fn with_all(ctx: *const icoray_ctx, call: impl FnOnce(&mut Context) -> Outcome<()>) -> icoray_status {
-    // SAFETY: passed on.
-    unsafe {
-        entered(ctx, icoray_ctx::enter_with_others, |ctx, context| {
-            if !context.is_shared() {
-                context.refuse_if_poisoned()?;
-            }
-            ctx.run(context, Context::failed_for_all, call)
-        })
-    }
-}
-
-/// Enters a context by `enter`; stores for this thread if that was refused.
-///
-/// # Safety
-/// As [`with`].
-unsafe fn entered(
-    ctx: *const icoray_ctx,
-    enter: impl FnOnce(&icoray_ctx) -> Outcome<Entry<'_>>,
-    call: impl FnOnce(&icoray_ctx, &mut Context) -> Outcome<()>,
-) -> icoray_status {
-    let mut is_refused = false;
-    let outcome = guarded(|| {
-        // SAFETY: the caller promises an open context.
-        let ctx = unsafe { ctx.as_ref() }.ok_or_else(|| Failure::null("ctx"))?;
-        let mut entry = enter(ctx).inspect_err(|_| is_refused = true)?;
-        // Every call does, so that frames in the background complete.
-        entry.context.drawing.pump();
-        call(ctx, &mut entry.context)
-    });
-    if is_refused {
-        refused_by(ctx.addr());
-    }
-    status(&outcome)
+    // SAFETY: the caller promises NULL or an open context.
+    let ctx = unsafe { ctx.as_ref() };
+    status(&ctx.map_or_else(|| guarded(|| Err(Failure::null("ctx"))), |ctx| ctx.call(kind, call)))
 }
 
 #[cfg(test)]
@@ -248,10 +215,10 @@ mod tests {
         // SAFETY: every pointer is NULL, where that is refused, or to a live local; the contexts are open.
         unsafe {
             let internal = || Err(Failure::new(ICORAY_ERR_INTERNAL, "internal error: a broken promise"));
-            assert_eq!(with(ctx, |_| internal()), ICORAY_ERR_INTERNAL);
+            assert_eq!(with(ctx, CallKind::Local, |_| internal()), ICORAY_ERR_INTERNAL);
             assert_eq!(message(ctx), "internal error: a broken promise");
 
-            assert_eq!(with(ctx, |_| Ok(())), ICORAY_ERR_INTERNAL);
+            assert_eq!(with(ctx, CallKind::Local, |_| Ok(())), ICORAY_ERR_INTERNAL);
             assert_eq!(icoray_grid_set(ctx, ptr::null()), ICORAY_ERR_INTERNAL);
             assert_eq!(icoray_part_set(ctx, ptr::null()), ICORAY_ERR_INTERNAL);
             assert_eq!(icoray_layers_set(ctx, ptr::null()), ICORAY_ERR_INTERNAL);
@@ -283,7 +250,7 @@ mod tests {
         let ctx = opened(&config());
         // SAFETY: an open context.
         unsafe {
-            assert_eq!(with(ctx, |_| panic!("out of bounds")), ICORAY_ERR_INTERNAL);
+            assert_eq!(with(ctx, CallKind::Local, |_| panic!("out of bounds")), ICORAY_ERR_INTERNAL);
             assert_eq!(message(ctx), "internal error: out of bounds");
             assert_eq!(icoray_scene_text(ctx, c"".as_ptr()), ICORAY_ERR_INTERNAL);
         }
@@ -296,7 +263,7 @@ mod tests {
         let ctx = opened(&config());
         // SAFETY: an open context, entered again from within a call, as a log callback would.
         unsafe {
-            let within = with(ctx, |_| {
+            let within = with(ctx, CallKind::Local, |_| {
                 assert_eq!(icoray_scene_text(ctx, c"".as_ptr()), ICORAY_ERR_BUSY);
                 Ok(())
             });

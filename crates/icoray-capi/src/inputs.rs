@@ -3,12 +3,12 @@
 use crate::borrow::{self, ArrayInput, Versioned, argument, name, sized, text};
 use crate::boundary::{Failure, Outcome};
 use crate::context::{PartInput, SceneSource};
-use crate::handle::{icoray_ctx, with, with_all, with_frames_finished};
+use crate::handle::CallKind::{AfterFrames, Collective, Local};
+use crate::handle::{icoray_ctx, with};
 use crate::types::{icoray_array, icoray_grid, icoray_layers, icoray_ndarray, icoray_part, icoray_status};
-use icoray_core::{Description, Grid};
+use icoray_core::Description;
 use std::ffi::{c_char, c_void};
 use std::ptr;
-use std::sync::Arc;
 
 /// Sets a grid: checks all its tables and borrows them until icoray_close or the next icoray_grid_set of the same
 /// name. A rank of icoray_open may have no cells, corners and edges; its tables may then be NULL.
@@ -26,7 +26,7 @@ use std::sync::Arc;
 pub unsafe extern "C" fn icoray_grid_set(ctx: *mut icoray_ctx, grid: *const icoray_grid) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with_frames_finished(ctx, "icoray_grid_set", |context| {
+        with(ctx, AfterFrames("icoray_grid_set"), |context| {
             let grid = sized(grid)?;
             let name = name(grid.name, "icoray_grid.name")?;
             context.set_grid(name, borrow::tables(grid))
@@ -66,20 +66,10 @@ pub unsafe extern "C" fn icoray_points_set(
 ) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with_frames_finished(ctx, "icoray_points_set", |context| {
+        with(ctx, AfterFrames("icoray_points_set"), |context| {
             context.set_points(borrow::name(name, "name")?, borrow::points(cells, real_type, [lon_rad, lat_rad]))
         })
     }
-}
-
-/// As icoray_grid_set, for a grid that the caller has checked and goes on using: nothing is checked or derived again.
-/// The tables live until icoray_close or the next grid of the same name.
-///
-/// # Safety
-/// `ctx` is open.
-pub unsafe fn set_checked_grid(ctx: *mut icoray_ctx, name: &str, grid: Arc<Grid<'static>>) -> icoray_status {
-    // SAFETY: passed on.
-    unsafe { with_frames_finished(ctx, "icoray_grid_set", |context| context.set_checked_grid(name, grid)) }
 }
 
 /// Declares which cells of a grid belong to this rank, where ranks have parts of the grid, or the whole grid and some
@@ -102,7 +92,7 @@ pub unsafe fn set_checked_grid(ctx: *mut icoray_ctx, name: &str, grid: Arc<Grid<
 pub unsafe extern "C" fn icoray_part_set(ctx: *mut icoray_ctx, part: *const icoray_part) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with_all(ctx, |context| {
+        with(ctx, Collective, |context| {
             context.set_part(|| {
                 let part = sized(part)?;
                 let grid = name(part.grid, "icoray_part.grid")?;
@@ -121,7 +111,7 @@ pub unsafe extern "C" fn icoray_part_set(ctx: *mut icoray_ctx, part: *const icor
 pub unsafe extern "C" fn icoray_layers_set(ctx: *mut icoray_ctx, layers: *const icoray_layers) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with(ctx, |context| {
+        with(ctx, Local, |context| {
             let layers = sized(layers)?;
             let name = name(layers.name, "icoray_layers.name")?;
             context.set_layers(name, borrow::radii(layers.radius_m, layers.count), layers.planet_radius_m)
@@ -147,7 +137,7 @@ pub unsafe extern "C" fn icoray_field_set(
 ) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with(ctx, |context| {
+        with(ctx, Local, |context| {
             let name = text(name, "name")?;
             let array = sized(array).and_then(|array| ArrayInput::new(array, icoray_array::NAME, context.is_shared()));
             context.set_field(name, array)
@@ -169,7 +159,7 @@ pub unsafe extern "C" fn icoray_field_set_ndarray(
 ) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with(ctx, |context| {
+        with(ctx, Local, |context| {
             let name = text(name, "name")?;
             let array = sized(array).and_then(|array| context.ndarray_input("icoray_field_set_ndarray", array));
             context.set_field(name, array)
@@ -196,7 +186,7 @@ pub unsafe extern "C" fn icoray_field_set_ndarray(
 pub unsafe extern "C" fn icoray_heights_set(ctx: *mut icoray_ctx, heights: *const icoray_array) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with(ctx, |context| {
+        with(ctx, Local, |context| {
             let input = |array| ArrayInput::new(array, icoray_array::NAME, context.is_shared());
             let array = (!heights.is_null()).then(|| sized(heights).and_then(input));
             context.set_heights(array.transpose())
@@ -216,7 +206,7 @@ pub unsafe extern "C" fn icoray_heights_set_ndarray(
 ) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with(ctx, |context| {
+        with(ctx, Local, |context| {
             let input = |array| context.ndarray_input("icoray_heights_set_ndarray", array);
             let array = (!heights.is_null()).then(|| sized(heights).and_then(input));
             context.set_heights(array.transpose())
@@ -248,7 +238,7 @@ pub unsafe extern "C" fn icoray_refuse(
     let status = known.unwrap_or(ICORAY_ERR_ARGUMENT);
     // SAFETY: passed on.
     unsafe {
-        with(ctx, |context| {
+        with(ctx, Local, |context| {
             let (call, name) = (text(call, "call")?, borrow::name(name, "name")?);
             context.refuse(call, name, Failure::new(status, text(message, "message")?))
         })
@@ -270,7 +260,7 @@ pub unsafe extern "C" fn icoray_field_describe(
 ) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with(ctx, |context| {
+        with(ctx, Local, |context| {
             let optional_text = |from: *const c_char, what| -> Outcome<Option<String>> {
                 let optional_text = if from.is_null() { "" } else { text(from, what)?.trim() };
                 Ok((!optional_text.is_empty()).then(|| optional_text.to_owned()))
@@ -299,20 +289,8 @@ pub unsafe extern "C" fn icoray_field_describe(
 pub unsafe extern "C" fn icoray_scene_load(ctx: *mut icoray_ctx, path: *const c_char) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with_all(ctx, |context| context.set_scene("icoray_scene_load", || Ok(SceneSource::File(text(path, "path")?))))
-    }
-}
-
-/// Sets *needs to whether pictures of the scene may read the heights of layers; false without a scene.
-///
-/// # Safety
-/// `ctx` is open.
-pub unsafe fn scene_may_need_heights(ctx: *mut icoray_ctx, needs: &mut bool) -> icoray_status {
-    // SAFETY: passed on.
-    unsafe {
-        with(ctx, |context| {
-            *needs = context.may_need_heights();
-            Ok(())
+        with(ctx, Collective, |context| {
+            context.set_scene("icoray_scene_load", || Ok(SceneSource::File(text(path, "path")?)))
         })
     }
 }
@@ -325,7 +303,9 @@ pub unsafe fn scene_may_need_heights(ctx: *mut icoray_ctx, needs: &mut bool) -> 
 pub unsafe extern "C" fn icoray_scene_text(ctx: *mut icoray_ctx, toml: *const c_char) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with_all(ctx, |context| context.set_scene("icoray_scene_text", || Ok(SceneSource::Text(text(toml, "toml")?))))
+        with(ctx, Collective, |context| {
+            context.set_scene("icoray_scene_text", || Ok(SceneSource::Text(text(toml, "toml")?)))
+        })
     }
 }
 
@@ -348,7 +328,7 @@ pub unsafe extern "C" fn icoray_scene_field(
 ) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with(ctx, |context| {
+        with(ctx, Local, |context| {
             let at = usize::try_from(index).map_err(|_| argument(format!("index: {index}, expected 0 or more")))?;
             let fields = context.scene_fields()?;
             let field = fields.get(at).map_or("", String::as_str);

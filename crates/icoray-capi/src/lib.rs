@@ -9,9 +9,9 @@
 //! Exported functions are in [`open`], [`inputs`], [`frames`], [`mesh`] and [`log`].
 //!
 //! Modules are public for bindings of other languages, which build these sources as a Rust library (`context` beside
-//! them); beside the exported functions these use [`open::open_over`], [`open::last_error`],
-//! [`inputs::set_checked_grid`], [`inputs::scene_may_need_heights`] and [`boundary::protected`].
+//! them); these call the methods of [`icoray_ctx`] in [`bindings`] and [`open`], and [`boundary::protected`].
 
+pub mod bindings;
 mod borrow;
 pub mod boundary;
 mod context;

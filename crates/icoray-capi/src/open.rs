@@ -3,7 +3,7 @@
 use crate::borrow::{sized, text};
 use crate::boundary::{Failure, Outcome, caught, guarded, last_message, refused_by, status};
 use crate::context::Context;
-use crate::handle::icoray_ctx;
+use crate::handle::{CallKind, icoray_ctx};
 use crate::message::floor_char_boundary;
 use crate::ranks;
 use crate::types::{icoray_config, icoray_status};
@@ -29,14 +29,10 @@ pub extern "C" fn icoray_version() -> *const c_char {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_open_serial(config: *const icoray_config, ctx: *mut *mut icoray_ctx) -> icoray_status {
     status(&guarded(|| {
-        // SAFETY: passed on.
+        // SAFETY: passed on; `ctx` can be written where it was cleared.
         unsafe {
             cleared(ctx)?;
-            let mut alone = Ranks::alone();
-            let threads = ranks::share_of_processors(&mut alone)?;
-            let context = configured(config, &alone, threads)?;
-            ranks::warn_of_ranks(|message| context.drawing.warn(message));
-            ctx.write(Box::into_raw(Box::new(icoray_ctx::new(context))));
+            ctx.write(Box::into_raw(opened_alone(config)?));
         }
         Ok(())
     }))
@@ -76,43 +72,74 @@ pub unsafe extern "C" fn icoray_open(
     fortran_comm: i32,
     ctx: *mut *mut icoray_ctx,
 ) -> icoray_status {
-    // SAFETY: passed on.
-    status(&guarded(|| unsafe { opened(config, || ranks::of_communicator(fortran_comm), ctx) }))
+    status(&guarded(|| {
+        // SAFETY: passed on; `ctx` can be written, as all ranks have agreed.
+        unsafe { ctx.write(Box::into_raw(opened(config, || ranks::of_communicator(fortran_comm), cleared(ctx))?)) };
+        Ok(())
+    }))
 }
 
-/// As icoray_open, over the ranks of a `team` that the caller has made: for languages that reach MPI in their own way.
-/// Dropping the team is left to the context.
+impl icoray_ctx {
+    /// Opens a context over the ranks of a `team` that a binding has made, which is collective, or for one process.
+    ///
+    /// # Errors
+    /// As icoray_open and icoray_open_serial.
+    ///
+    /// # Safety
+    /// The strings of `config` live until the call returns; its log callback may be called with its log_user.
+    pub unsafe fn open(config: &icoray_config, team: Option<Team>) -> Result<Box<Self>, Failure> {
+        // SAFETY: passed on.
+        guarded(|| unsafe {
+            match team {
+                Some(team) => opened(config, || Ok(Ranks::new(team)), Ok(())),
+                None => opened_alone(config),
+            }
+        })
+    }
+
+    /// Closes the context as icoray_close does. No other call may follow, unless this one fails as another call has not
+    /// returned yet. It must not be dropped in a forked process, where its threads are not.
+    ///
+    /// # Errors
+    /// As icoray_close.
+    pub fn close(&self) -> Result<(), Failure> {
+        // Waiting for threads that are not here would never end.
+        if self.is_forked() { Ok(()) } else { self.call(CallKind::Close, Context::finish) }
+    }
+}
+
+/// Opens a context for one process.
 ///
 /// # Safety
-/// As icoray_open.
-pub unsafe fn open_over(config: *const icoray_config, team: Team, ctx: *mut *mut icoray_ctx) -> icoray_status {
+/// As icoray_open_serial.
+unsafe fn opened_alone(config: *const icoray_config) -> Outcome<Box<icoray_ctx>> {
+    let mut alone = Ranks::alone();
+    let threads = ranks::share_of_processors(&mut alone)?;
     // SAFETY: passed on.
-    status(&guarded(|| unsafe { opened(config, || Ok(Ranks::new(team)), ctx) }))
+    let context = unsafe { configured(config, &alone, threads)? };
+    ranks::warn_of_ranks(|message| context.drawing.warn(message));
+    Ok(Box::new(icoray_ctx::new(context)))
 }
 
-/// Opens a context over ranks. Collective.
+/// Opens a context over ranks; `may_open` is the failure of this rank so far. Collective.
 ///
 /// # Safety
 /// As icoray_open.
 unsafe fn opened(
     config: *const icoray_config,
     ranks: impl FnOnce() -> Outcome<Ranks>,
-    ctx: *mut *mut icoray_ctx,
-) -> Outcome<()> {
-    // SAFETY: passed on.
-    let writable = unsafe { cleared(ctx) };
+    may_open: Outcome<()>,
+) -> Outcome<Box<icoray_ctx>> {
     let mut ranks = ranks()?;
     let threads = ranks::share_of_processors(&mut ranks);
     // The agreement sends a failure of this rank to the others.
     // SAFETY: passed on.
-    let mine = caught(|| writable.and_then(|()| unsafe { configured(config, &ranks, threads?) }));
+    let mine = caught(|| may_open.and_then(|()| unsafe { configured(config, &ranks, threads?) }));
     // Facts are not compared if this rank fails.
     let facts = mine.as_ref().map_or_else(|_| Vec::new(), Context::facts);
     let mut context = ranks::agree(&mut ranks, mine, "icoray_open", facts, &()).outcome?;
     context.join(ranks)?;
-    // SAFETY: not NULL, as all ranks have agreed; the caller promises that it can be written.
-    unsafe { ctx.write(Box::into_raw(Box::new(icoray_ctx::new(context)))) };
-    Ok(())
+    Ok(Box::new(icoray_ctx::new(context)))
 }
 
 /// Sets *ctx to NULL.
@@ -160,8 +187,8 @@ pub unsafe extern "C" fn icoray_last_error(ctx: *const icoray_ctx, buf: *mut c_c
     if len == 0 {
         return icoray_status::ICORAY_ERR_ARGUMENT;
     }
-    // SAFETY: passed on.
-    let message = unsafe { last_error(ctx) };
+    // SAFETY: the caller promises NULL or an open context.
+    let message = unsafe { ctx.as_ref() }.map_or_else(last_message, icoray_ctx::message);
     let cut = floor_char_boundary(&message, len - 1);
     // SAFETY: cut + 1 <= len bytes fit; the message is ours and does not overlap.
     unsafe {
@@ -169,15 +196,6 @@ pub unsafe extern "C" fn icoray_last_error(ctx: *const icoray_ctx, buf: *mut c_c
         buf.add(cut).write(0);
     }
     icoray_status::ICORAY_OK
-}
-
-/// The message of icoray_last_error, for bindings in Rust.
-///
-/// # Safety
-/// `ctx` is NULL or open.
-pub unsafe fn last_error(ctx: *const icoray_ctx) -> String {
-    // SAFETY: the caller promises NULL or an open context.
-    unsafe { ctx.as_ref() }.map_or_else(last_message, icoray_ctx::message)
 }
 
 /// Waits for all frames, closes the context, sets *ctx to NULL, and ends the borrow of all tables and arrays. A NULL
@@ -194,39 +212,27 @@ pub unsafe fn last_error(ctx: *const icoray_ctx) -> String {
 /// `ctx` is NULL, or points to NULL or to an open context that no other thread uses from now on.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_close(ctx: *mut *mut icoray_ctx) -> icoray_status {
-    let mut refused = 0;
-    let outcome = guarded(|| {
-        if ctx.is_null() {
-            return Err(Failure::null("ctx"));
-        }
-        // SAFETY: not NULL; the caller promises a pointer there.
-        let open = unsafe { ctx.read() };
-        // SAFETY: NULL or an open context.
-        let Some(handle) = (unsafe { open.as_ref() }) else {
-            return Ok(());
-        };
-        if handle.is_forked() {
-            // Its threads are not here, and waiting for them would never end.
-            // SAFETY: as above.
-            unsafe { ctx.write(ptr::null_mut()) };
-            return Ok(());
-        }
-        let outcome = match handle.enter_with_others() {
-            // Closed all the same, so a panic goes no further than this; the log hears of a failure as of any other.
-            Ok(mut entry) => handle.run(&mut entry.context, Context::failed_for_all, Context::finish),
-            Err(busy) => {
-                refused = open.addr();
-                return Err(busy);
-            }
-        };
-        // SAFETY: as above.
-        unsafe { ctx.write(ptr::null_mut()) };
-        // SAFETY: it came out of Box::into_raw in icoray_open or icoray_open_serial, and *ctx no longer has it.
-        drop(unsafe { Box::from_raw(open) });
-        outcome
-    });
-    if refused != 0 {
-        refused_by(refused);
+    if ctx.is_null() {
+        return status(&guarded::<()>(|| Err(Failure::null("ctx"))));
     }
-    status(&outcome)
+    // SAFETY: not NULL; the caller promises a pointer there.
+    let open = unsafe { ctx.read() };
+    // SAFETY: NULL or an open context.
+    let Some(handle) = (unsafe { open.as_ref() }) else { return icoray_status::ICORAY_OK };
+    let status = status(&handle.close());
+    if status == icoray_status::ICORAY_ERR_BUSY {
+        return status;
+    }
+    // SAFETY: as above.
+    unsafe { ctx.write(ptr::null_mut()) };
+    if !handle.is_forked() {
+        // SAFETY: it came out of Box::into_raw in icoray_open or icoray_open_serial, and *ctx no longer has it.
+        let owned = unsafe { Box::from_raw(open) };
+        // A panic goes no further than this.
+        let _ = guarded(move || {
+            drop(owned);
+            Ok(())
+        });
+    }
+    status
 }

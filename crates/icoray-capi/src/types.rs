@@ -3,11 +3,12 @@
 
 /// Declared with the list of a frame's figures.
 pub use icoray_core::output::figures::CFrameReport as icoray_frame_report;
+use serde::{Deserialize, Serialize};
 use std::ffi::{c_char, c_void};
 
 /// Status of a call. Numbers never change; new ones are added at the end.
 #[repr(i32)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum icoray_status {
     /// Success.
     ICORAY_OK = 0,

@@ -3,12 +3,15 @@
 use crate::blueprint::Topology;
 use crate::channels::{Channel, NamedField, Place, Places, named_fields, places_of};
 use crate::conduit::Node;
-use crate::context::Context;
+use crate::context::{Context, error};
 use crate::fields::{CopiedField, set, set_empty};
 use crate::grid::{HostGrid, HostMeshes, Setting};
 use crate::peers::{Peers, teams_of_host};
 use icoray::{Error, ErrorKind, OwnedReals, Result};
 use std::collections::{BTreeMap, BTreeSet};
+
+/// The function of C that sets a field.
+const FIELD_SET: &str = "icoray_field_set";
 
 /// The context of a host, its grids and its other ranks.
 pub struct Adaptor {
@@ -55,9 +58,9 @@ impl Adaptor {
                            not set: nothing is drawn";
             return Err(Error::new(ErrorKind::Scene, message));
         };
-        context.load_scene(&scene)?;
+        context.load_scene(&scene).map_err(error)?;
         Ok(Adaptor {
-            scene_fields: context.scene_fields(),
+            scene_fields: context.scene_fields().map_err(error)?,
             context,
             grids: BTreeMap::new(),
             copies: Vec::new(),
@@ -78,7 +81,10 @@ impl Adaptor {
         let channels = guarded(|| params.map(Channel::all).unwrap_or_default());
         let (step, time_s) = self.now(params, &channels)?;
         self.calls += 1;
-        if !self.context.wants(step, time_s) {
+        let mut wants = false;
+        // What fails here is in the log.
+        let _ = self.context.wants(None, step, time_s, &mut wants);
+        if !wants {
             return Ok(());
         }
         let places = self.places(&channels)?;
@@ -88,7 +94,8 @@ impl Adaptor {
             self.set_fields(&channels, &places, &failures);
         });
         // The context logs what fails, and switches itself off after three failed frames in a row.
-        let _ = self.context.execute(step, time_s);
+        // SAFETY: tables, arrays and copies are alive until the call returns.
+        let _ = unsafe { self.context.execute(step, time_s, None) };
         self.may_have_report = true;
         self.copies.clear();
         Ok(())
@@ -156,7 +163,8 @@ impl Adaptor {
             |(name, place): (String, &Place)| self.grids.get(&name)?.grid.as_ref()?.heights(place.kind.is_at_elements);
         let first = places.grids().into_iter().find_map(heights);
         // What fails here is in the log.
-        let _ = self.context.set_heights(first.as_ref());
+        // SAFETY: `grids` keeps the heights until the context has others or is closed.
+        let _ = unsafe { self.context.set_heights(first.as_ref()) };
     }
 
     fn set_fields(&mut self, channels: &[Channel], places: &Places, failures: &BTreeMap<String, String>) {
@@ -171,7 +179,7 @@ impl Adaptor {
                     given.insert(name);
                 }
                 Err(error) if is_in_scene => {
-                    self.context.refuse_field(&name, &error.to_string());
+                    self.context.refuse(FIELD_SET, &name, &error.to_string());
                     refused.insert(name);
                 }
                 // The scene does not name the field.
@@ -179,23 +187,25 @@ impl Adaptor {
             }
         }
         let missing = self.scene_fields.iter().filter(|name| !given.contains(*name) && !refused.contains(*name));
+        // Of this step or an earlier one.
+        let has_grid = self.grids.values().any(|slot| slot.tables.are_set());
         let mut reasons = BTreeSet::new();
         for name in missing.cloned().collect::<Vec<_>>() {
             match self.set_without_values(&name, channels, places, failures) {
                 Ok(()) => {
                     given.insert(name);
                 }
-                Err(why) if self.has_grid() => self.context.refuse_field(&name, &why),
+                Err(why) if has_grid => self.context.refuse(FIELD_SET, &name, &why),
                 // This is what a frame lacks first.
                 Err(why) => {
                     if reasons.insert(why.clone()) {
-                        self.context.refuse_grid(&why);
+                        self.context.refuse("icoray_grid_set", "", &why);
                     }
                 }
             }
         }
         for name in self.given.difference(&given).filter(|name| !self.scene_fields.contains(name)) {
-            self.context.refuse_field(name, "the host gives no values that can be read in place");
+            self.context.refuse(FIELD_SET, name, "the host gives no values that can be read in place");
         }
         self.given = given;
     }
@@ -219,11 +229,6 @@ impl Adaptor {
         set_empty(&self.context, name, &place.kind, empty).map_err(|e| e.to_string())
     }
 
-    /// Whether the context has a grid, of this step or an earlier one.
-    fn has_grid(&self) -> bool {
-        self.grids.values().any(|slot| slot.tables.are_set())
-    }
-
     /// Keeps a copy of a field until the frame is drawn, and reports it once.
     fn keep(&mut self, name: &str, CopiedField { values, reason }: CopiedField) {
         self.bytes_copied += values.bytes();
@@ -237,7 +242,7 @@ impl Adaptor {
     /// Adds the report of the last frame.
     pub fn fill_results(&mut self, to: Node) {
         // A context without a report says so in the log.
-        let report = if self.may_have_report { self.context.report() } else { None };
+        let report = if self.may_have_report { self.context.report().ok() } else { None };
         self.may_have_report = report.is_some();
         let Some(report) = report else { return };
         to.set_integer("icoray/step", report.step);

@@ -2,10 +2,11 @@
 
 use crate::blueprint::BlueprintField;
 use crate::conduit::Array;
-use crate::context::Context;
+use crate::context::{Context, error};
 use crate::grid::HostGrid;
-use crate::order::{Layout, Order, Strides};
-use icoray::{Error, ErrorKind, OwnedReals, Reals, Result};
+use crate::order::{Layout, Order};
+use icoray::{Error, ErrorKind, OwnedReals, Reals, Result, Shape};
+use icoray_context::types::icoray_array;
 use serde::{Deserialize, Serialize};
 
 /// What a rank without elements must know of a field of other ranks.
@@ -40,9 +41,8 @@ pub fn set(
         return Err(Error::new(ErrorKind::Field, message));
     }
     let reason = match in_place(values, layout) {
-        Ok(strides) => {
-            let data = if values.is_empty() { std::ptr::dangling() } else { values.address(0) };
-            context.set_field(name, &columns.values(kind.is_f64, data, strides))?;
+        Ok((first, shape)) => {
+            given(context, name, &columns.values(kind.is_f64, first, &shape))?;
             return Ok(None);
         }
         Err(reason) => reason,
@@ -60,35 +60,35 @@ pub fn set(
         Reals::F32(values) => values.as_ptr().cast(),
         Reals::F64(values) => values.as_ptr().cast(),
     };
-    context.set_field(name, &columns.values(kind.is_f64, data, Strides::by_column(layout.layers)))?;
+    given(context, name, &columns.values(kind.is_f64, data, &Shape::level_fastest(layout.columns, layout.layers)))?;
     Ok(Some(CopiedField { values: copy, reason }))
 }
 
 /// Sets a field that other ranks have on a rank that has no elements.
 pub fn set_empty(context: &Context, name: &str, kind: &FieldKind, on: &HostGrid) -> Result<()> {
     let columns = on.columns_of(kind.is_at_elements);
-    let strides = Strides::by_column(columns.layout.layers);
-    context.set_field(name, &columns.values(kind.is_f64, std::ptr::dangling(), strides))
+    let shape = Shape::level_fastest(0, columns.layout.layers);
+    given(context, name, &columns.values(kind.is_f64, std::ptr::dangling(), &shape))
 }
 
-/// The strides of values that can be read where they are, or why they cannot.
-fn in_place(values: &Array, layout: &Layout) -> std::result::Result<Strides, &'static str> {
-    let Order::InPlace(strides) = &layout.order else { return Err("are in no order of columns") };
+fn given(context: &Context, name: &str, values: &icoray_array) -> Result<()> {
+    // SAFETY: values that the host and the adaptor keep until the context has executed.
+    unsafe { context.set_field(name, values) }.map_err(error)
+}
+
+/// The first one of values that can be read where they are, and their shape from there, or why they cannot.
+fn in_place(values: &Array, layout: &Layout) -> std::result::Result<(*const u8, Shape), &'static str> {
+    let Order::InPlace(shape) = layout.order else { return Err("are in no order of columns") };
     let bytes = values.kind().bytes();
     let apart = values.stride() / bytes as isize;
     if values.kind().is_integer() {
         return Err("are integers");
     }
-    let is_aligned = values.is_empty() || values.address(0).addr().is_multiple_of(bytes);
-    if !is_aligned || apart * bytes as isize != values.stride() {
+    let first = if values.is_empty() { std::ptr::dangling() } else { values.address(shape.offset) };
+    if !first.addr().is_multiple_of(bytes) && !values.is_empty() || apart * bytes as isize != values.stride() {
         return Err("are not at multiples of their size in memory");
     }
-    let of_values = |elements: i64| elements * apart as i64;
-    Ok(Strides {
-        first: of_values(strides.first),
-        column: of_values(strides.column),
-        layer: of_values(strides.layer),
-        block: strides.block,
-        block_stride: of_values(strides.block_stride),
-    })
+    let [column_stride, layer_stride, block_stride] =
+        [shape.column_stride, shape.layer_stride, shape.block_stride].map(|elements| elements * apart);
+    Ok((first, Shape { offset: 0, column_stride, layer_stride, block_stride, ..shape }))
 }

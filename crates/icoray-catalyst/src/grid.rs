@@ -2,12 +2,13 @@
 
 use crate::blueprint::Geometry;
 use crate::columns::Columns;
-use crate::context::{Context, c_string};
-use crate::order::{Layout, Strides};
+use crate::context::{Context, error};
+use crate::order::Layout;
 use crate::peers::Peers;
 use crate::surface::{OwnedRows, Piece, Placement, Surface, direction_of, directions};
 use glam::DVec3;
-use icoray::{Error, Grid, GridTables, Result};
+use icoray::{Error, Grid, GridTables, Result, Shape};
+use icoray_context::bindings::PartInput;
 use icoray_context::types::{ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, icoray_array};
 use icoray_dataset::Mesh;
 use serde::{Deserialize, Serialize};
@@ -168,7 +169,9 @@ impl HostGrid {
                     let found = placements.find(|at| at.mesh == number && at.is_at_corners == is_at_corners);
                     found.map_or(&none, |at| &at.rows)
                 };
-                context.set_part(&grid, rows(false), rows(true))?;
+                let (cells, corners) = (rows(false), rows(true));
+                let part = PartInput { grid: &grid, cells: cells.as_cells(), corners: corners.as_corners() };
+                context.set_part(Some(part)).map_err(error)?;
             }
         }
         let [of_points, of_elements] =
@@ -204,7 +207,7 @@ impl HostGrid {
                 radii.push(radii[0] * (1.0 + THICKNESS));
             }
             for grid in BTreeSet::from([&self.points.grid, &self.elements.grid]) {
-                context.set_layers(grid, &radii, planet_radius)?;
+                context.set_layers(&grid.to_string_lossy(), &radii, planet_radius).map_err(error)?;
             }
             Ok(heights)
         });
@@ -238,7 +241,8 @@ impl HostGrid {
         let has_own = is_at_elements && self.elements.grid != self.points.grid;
         let (columns, heights) = if has_own { (&self.elements, at_elements) } else { (&self.points, at_points) };
         let layers = self.points.layout.layers;
-        let values = columns.values(true, heights.as_ptr().cast(), Strides::by_column(layers));
+        let shape = Shape::level_fastest(columns.layout.columns, layers);
+        let values = columns.values(true, heights.as_ptr().cast(), &shape);
         Some(icoray_array { layers: layers as i64, ..values })
     }
 }
@@ -246,23 +250,27 @@ impl HostGrid {
 impl HostColumns {
     /// The columns of a mesh of the grid `name`.
     fn new(Placement { mesh, is_at_corners, rows }: Placement, name: &str, layout: Layout) -> Self {
-        HostColumns { layout, grid: c_string(&name_of(mesh, name)), is_at_corners, rows }
+        HostColumns {
+            layout,
+            grid: CString::new(name_of(mesh, name).replace('\0', "?")).unwrap_or_default(),
+            is_at_corners,
+            rows,
+        }
     }
 
-    /// Values of these columns, which borrow the name of grid and layers; element 0 of the strides is at `data`.
-    pub fn values(&self, is_f64: bool, data: *const u8, strides: Strides) -> icoray_array {
-        let bytes = if is_f64 { size_of::<f64>() } else { size_of::<f32>() } as isize;
+    /// Values of these columns, which borrow the name of grid and layers, with the strides of `shape` from `first`.
+    pub fn values(&self, is_f64: bool, first: *const u8, shape: &Shape) -> icoray_array {
         icoray_array {
             struct_size: size_of::<icoray_array>(),
-            data: data.wrapping_offset(strides.first as isize * bytes).cast(),
+            data: first.cast(),
             r#type: if is_f64 { ICORAY_F64 } else { ICORAY_F32 },
             location: if self.is_at_corners { ICORAY_CORNER } else { ICORAY_CENTER },
             columns: self.rows.row.len() as i64,
             layers: self.layout.layers as i64,
-            column_stride: strides.column,
-            layer_stride: strides.layer,
-            block: strides.block,
-            block_stride: strides.block_stride,
+            column_stride: shape.column_stride as i64,
+            layer_stride: shape.layer_stride as i64,
+            block: shape.block as i64,
+            block_stride: shape.block_stride as i64,
             has_fill: 0,
             fill_value: 0.0,
             grid_name: self.grid.as_ptr(),
@@ -299,7 +307,7 @@ impl HostMeshes {
         let mesh = Box::new(mesh);
         // SAFETY: the tables lie on the heap, and stay until the context has another grid of this name or is closed.
         let tables = unsafe { std::mem::transmute::<GridTables<'_>, GridTables<'static>>(mesh.tables()) };
-        context.set_grid(name, Arc::new(Grid::new(tables)?))?;
+        context.set_grid(name, Arc::new(Grid::new(tables)?)).map_err(error)?;
         self.0[number] = Some(mesh);
         Ok(())
     }

@@ -5,7 +5,7 @@
 //! of calls for `catalyst_replay`; `channels` what a call has, and `blueprint` the meshes and fields in a channel;
 //! `elements` prisms, polygons and points; `columns` the columns that they stand in; `order` where the
 //! values of columns are; `surface` the mesh of the sphere, of all ranks; `grid` and `fields` what the context gets;
-//! `adaptor` a host from its first call to its last; `context` the calls of the C interface; `peers` the host's ranks.
+//! `adaptor` a host from its first call to its last; `context` the context that draws; `peers` the host's ranks.
 //!
 //! No failure ends the host: each is a line in its standard error, and all functions return `catalyst_status_ok`.
 //! Reference: Kitware's Catalyst 2, `catalyst_api.h` and `catalyst_impl.h`.

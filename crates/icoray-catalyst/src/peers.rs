@@ -78,21 +78,15 @@ pub fn teams_of_host(communicator: Option<i64>) -> Result<Option<[Team; 2]>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icoray::ranks::local_team;
+    use icoray::ranks::on_local_nodes;
 
     #[test]
     fn no_rank_waits_for_one_that_fails() {
         let failure = |work: fn(usize) -> Result<usize>| {
-            let teams = local_team(3).into_iter().map(|team| Peers::new(Some(team)));
-            std::thread::scope(|scope| {
-                let of_rank = |mut peers: Peers| {
-                    scope.spawn(move || {
-                        let rank = peers.rank();
-                        peers.agree(|| work(rank)).map_err(|e| e.to_string())
-                    })
-                };
-                let started: Vec<_> = teams.map(of_rank).collect();
-                started.into_iter().map(|thread| thread.join().unwrap()).collect::<Vec<_>>()
+            on_local_nodes(&[0; 3], |team| {
+                let mut peers = Peers::new(Some(team));
+                let rank = peers.rank();
+                peers.agree(|| work(rank)).map_err(|e| e.to_string())
             })
         };
         assert_eq!(failure(Ok), [Ok(0), Ok(1), Ok(2)]);

@@ -5,7 +5,7 @@
 
 use crate::columns::Columns;
 use glam::DVec3;
-use icoray::{Error, Result};
+use icoray::{Error, Owned, PartCells, PartCorners, Result};
 use icoray_dataset::{DistinctPoints, Mesh};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -50,6 +50,18 @@ pub struct Placement {
 pub struct OwnedRows {
     pub row: Vec<i64>,
     pub is_owned: Vec<i32>,
+}
+
+impl OwnedRows {
+    pub fn as_cells(&self) -> PartCells<'_> {
+        PartCells { global: self.row.as_slice().into(), owned: Owned::Marked(&self.is_owned) }
+    }
+
+    /// `None` without corners.
+    pub fn as_corners(&self) -> Option<PartCorners<'_>> {
+        let PartCells { global, owned } = self.as_cells();
+        (!self.row.is_empty()).then_some(PartCorners { global, owned })
+    }
 }
 
 /// Columns deviate from straight lines through the origin by no more than this, radians.

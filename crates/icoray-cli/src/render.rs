@@ -10,7 +10,7 @@ use crate::ranks::RankTeam;
 use crate::selection::{Opened, Selection};
 use crate::suggested::{Scenes, Suggested};
 use clap::builder::TypedValueParser;
-use icoray::output::{Existing, NameTemplate};
+use icoray::output::{Existing, FrameNames, NameTemplate};
 use icoray::{Error, ErrorKind, Ranks, Result, Script};
 use icoray_dataset::{Drawing, SceneFields, Series};
 use icoray_progress::Progress;
@@ -69,27 +69,6 @@ pub fn existing() -> impl TypedValueParser<Value = Existing> {
         ("never-modify", Existing::NeverModify, "Keep them, and fail"),
         ("overwrite", Existing::Overwrite, "Replace them"),
     ])
-}
-
-/// Fails if two pictures of the run have the same file name.
-fn expect_distinct(series: &Series) -> Result<()> {
-    let mut seen = HashMap::new();
-    for &time in &series.times {
-        let stamp = series.stamp(time);
-        for shot in series.scheduled(time).into_iter().flat_map(|view| view.shots(&stamp)) {
-            let names = shot.scene.output.names(&stamp, shot.scene.field())?;
-            let named = [("output.file", Some(names.file)), ("output.error", names.error)];
-            for (key, name) in named.into_iter().filter_map(|(key, name)| Some((key, name?))) {
-                if let Some(earlier) = seen.insert(name.clone(), time) {
-                    let context = format!(
-                        "{key} names the pictures of times {earlier} and {time} both {name:?}, expected {{step}} or a date in it"
-                    );
-                    return Err(Error::new(ErrorKind::Scene, context));
-                }
-            }
-        }
-    }
-    Ok(())
 }
 
 /// Renders and writes the pictures and prints their summaries. Several ranks render each together; rank 0 writes it.
@@ -198,15 +177,19 @@ impl OutputOptions {
         if let Some(map) = &self.error {
             target::expect_error_map(map, series.pictures())?;
         }
-        if let Target::Directory(_) = target {
-            expect_distinct(series)?;
-        }
         let queue = OutputQueue::new(target, self.existing, self.error.as_deref())?;
+        let mut seen = HashMap::new();
         for &time in &series.times {
             let stamp = series.stamp(time);
-            let certain = series.scheduled(time).into_iter().filter(|view| !series.is_uncertain(view));
-            for shot in certain.flat_map(|view| view.shots(&stamp)) {
+            let views = series.scheduled(time).into_iter();
+            for (view, shot) in views.flat_map(|view| view.shots(&stamp).map(move |shot| (view, shot))) {
                 let (output, field) = (&shot.scene.output, shot.scene.field());
+                if let Target::Directory(_) = target {
+                    expect_distinct(&mut seen, output.names(&stamp, field)?, time)?;
+                }
+                if series.is_uncertain(view) {
+                    continue;
+                }
                 if let Some(map) = &self.error {
                     target::expect_apart(map, &target.path(output, &stamp, field)?)?;
                 }
@@ -215,6 +198,20 @@ impl OutputOptions {
         }
         Ok(queue)
     }
+}
+
+/// Fails if an earlier picture of the run has one of these names; `seen` has the time of each.
+fn expect_distinct(seen: &mut HashMap<String, usize>, names: FrameNames, time: usize) -> Result<()> {
+    let named = [("output.file", Some(names.file)), ("output.error", names.error)];
+    for (key, name) in named.into_iter().filter_map(|(key, name)| Some((key, name?))) {
+        if let Some(earlier) = seen.insert(name.clone(), time) {
+            let context = format!(
+                "{key} names the pictures of times {earlier} and {time} both {name:?}, expected {{step}} or a date in it"
+            );
+            return Err(Error::new(ErrorKind::Scene, context));
+        }
+    }
+    Ok(())
 }
 
 /// Prints the summaries of written pictures, up to the first failure.

@@ -7,17 +7,13 @@ use crate::error::{argument, of_class};
 use crate::grid::Grid;
 use crate::layers::Layers;
 use crate::scene::Scene;
-use icoray_context::frames::{icoray_execute, icoray_report, icoray_wait, icoray_wants, icoray_wants_field};
-use icoray_context::inputs::{
-    icoray_field_describe, icoray_heights_set, icoray_layers_set, icoray_part_set, icoray_scene_load,
-    icoray_scene_text, set_checked_grid,
-};
-use icoray_context::types::{icoray_frame_report, icoray_layers};
+use icoray::{Description, PartCells, PartCorners};
+use icoray_context::bindings::PartInput;
+use icoray_context::icoray_ctx;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::ffi::CString;
 use std::path::PathBuf;
-use std::ptr;
 
 mod arrays;
 mod config;
@@ -28,7 +24,7 @@ mod part;
 use arrays::{ArrayNames, CArray};
 use config::Settings;
 use handle::Handle;
-use part::GivenRows;
+use part::Rows;
 
 /// Draws inside of a running model: as the C interface, over arrays of Python.
 ///
@@ -126,9 +122,9 @@ impl Context {
     #[pyo3(signature = (grid, name = ""))]
     fn grid_set(&self, py: Python, grid: &Bound<Grid>, name: &str) -> PyResult<()> {
         let inner = grid.get().inner.clone();
+        // The tables are kept, and the previous ones until the call has replaced them.
         let tables = grid.clone().unbind();
-        // SAFETY: an open context; the tables are kept, and the previous ones until the call has replaced them.
-        let set = move |ctx| unsafe { set_checked_grid(ctx, name, inner) };
+        let set = |context: &icoray_ctx| context.set_grid(name, inner);
         let _replaced = self.handle.give(py, set, |kept| kept.grids.insert(name.to_owned(), tables))?;
         Ok(())
     }
@@ -163,16 +159,20 @@ impl Context {
         is_corner_owned: Option<&Bound<PyAny>>,
         grid: &str,
     ) -> PyResult<()> {
-        let cells = GivenRows { of: "cell", global: cell_global, owned: owned_cells, is_owned };
-        let (owned, is_owned) = (owned_corners, is_corner_owned);
-        let corners = corner_global.map(|global| GivenRows { of: "corner", global, owned, is_owned });
-        let part = part::of_rows(py, &cells, corners.as_ref(), grid);
+        let cells = Rows::new(cell_global, owned_cells, is_owned, ["cell_global", "owned_cells", "is_owned"]);
+        let names = ["corner_global", "owned_corners", "is_corner_owned"];
+        let corners = corner_global.map(|global| Rows::new(global, owned_corners, is_corner_owned, names));
+        let rows = cells.and_then(|cells| Ok((cells, corners.transpose()?)));
+        let part = rows.as_ref().ok().map(|(cells, corners)| {
+            // SAFETY: the tables live until the call returns.
+            let (cells, corners) =
+                unsafe { (cells.borrowed(py), corners.as_ref().map(|corners| corners.borrowed(py))) };
+            let cells = PartCells { global: cells.0, owned: cells.1 };
+            PartInput { grid, cells, corners: corners.map(|(global, owned)| PartCorners { global, owned }) }
+        });
         // Ranks wait for each other here, so one with wrong arguments goes on with none.
-        let given = part.as_ref().map_or(ptr::null(), |part| part.as_c());
-        let given = handle::Sent(given);
-        // SAFETY: an open context; NULL or a part whose tables live until the call returns.
-        let set = self.handle.call(py, move |ctx| unsafe { icoray_part_set(ctx, given.get()) });
-        part.and(set)
+        let set = self.handle.call(py, |context| context.set_part(part));
+        rows.map(drop).and(set)
     }
 
     /// Sets the radii of layers, which are copied.
@@ -184,18 +184,8 @@ impl Context {
     ///     Name of the layers, for contexts with several.
     #[pyo3(signature = (layers, name = ""))]
     fn layers_set(&self, py: Python, layers: &Bound<Layers>, name: &str) -> PyResult<()> {
-        let (inner, c_name) = (&layers.get().inner, text(name, "name")?);
-        let given = icoray_layers {
-            struct_size: size_of::<icoray_layers>(),
-            count: inner.count() as i64,
-            radius_m: inner.radius_m().as_ptr(),
-            planet_radius_m: inner.planet_radius_m(),
-            name: c_name.as_ptr(),
-        };
-        let given = handle::Sent(&raw const given);
-        // SAFETY: an open context; a struct, radii and a name that live until the call returns.
-        let set = move |ctx| unsafe { icoray_layers_set(ctx, given.get()) };
-        self.handle.call(py, set)
+        let inner = &layers.get().inner;
+        self.handle.call(py, |context| context.set_layers(name, inner.radius_m(), inner.planet_radius_m()))
     }
 
     /// Sets the heights of cells and layers above the planet's surface, metres, for scenes with heights = "native";
@@ -219,16 +209,17 @@ impl Context {
         layers: &str,
     ) -> PyResult<()> {
         let Some(values) = values else {
-            // SAFETY: an open context.
-            let unset = |ctx| unsafe { icoray_heights_set(ctx, ptr::null()) };
+            // SAFETY: no array.
+            let unset = |context: &icoray_ctx| unsafe { context.set_heights(None) };
             let _replaced = self.handle.give(py, unset, |kept| kept.heights.take())?;
             return Ok(());
         };
         let names = ArrayNames::new(grid, layers)?;
         let given = arrays::given(values, location, fill, layer_axis);
-        let field = given.map_err(|error| self.handle.refuse(py, c"icoray_heights_set", c"", error))?;
+        let field = given.map_err(|error| self.handle.refuse(py, "icoray_heights_set", "", error))?;
         let array = CArray::new(field.get(), &names);
-        let _replaced = self.handle.give(py, move |ctx| array.set_heights(ctx), |kept| kept.keep_heights(field))?;
+        let _replaced =
+            self.handle.give(py, move |context| array.set_heights(context), |kept| kept.keep_heights(field))?;
         Ok(())
     }
 
@@ -259,12 +250,12 @@ impl Context {
         grid: &str,
         layers: &str,
     ) -> PyResult<()> {
-        let (c_name, names) = (text(name, "name")?, ArrayNames::new(grid, layers)?);
+        let (name, names) = (plain(name, "name")?, ArrayNames::new(grid, layers)?);
         let given = arrays::given(values, location, fill, layer_axis);
-        let field = given.map_err(|error| self.handle.refuse(py, c"icoray_field_set", &c_name, error))?;
+        let field = given.map_err(|error| self.handle.refuse(py, "icoray_field_set", name, error))?;
         let array = CArray::new(field.get(), &names);
         let description = field.get().description.clone();
-        let set = move |ctx| array.set_field(ctx, &c_name);
+        let set = move |context: &icoray_ctx| array.set_field(context, name);
         let _replaced = self.handle.give(py, set, |kept| kept.keep_field(name, field))?;
         if description.long_name.is_some() || description.units.is_some() {
             self.field_describe(py, name, description.long_name.as_deref(), description.units.as_deref())?;
@@ -275,47 +266,39 @@ impl Context {
     /// Sets the long name and the units of a field, for labels and texts of pictures.
     #[pyo3(signature = (name, long_name = None, units = None))]
     fn field_describe(&self, py: Python, name: &str, long_name: Option<&str>, units: Option<&str>) -> PyResult<()> {
-        let name = text(name, "name")?;
-        let optional = |from: Option<&str>, what| from.map(|from| text(from, what)).transpose();
-        let (long_name, units) = (optional(long_name, "long_name")?, optional(units, "units")?);
-        self.handle.call(py, move |ctx| {
-            let pointer = |text: &Option<CString>| text.as_ref().map_or(ptr::null(), |text| text.as_ptr());
-            // SAFETY: an open context; NULL or strings that live until the call returns.
-            unsafe { icoray_field_describe(ctx, name.as_ptr(), pointer(&long_name), pointer(&units)) }
-        })
+        let name = plain(name, "name")?;
+        let text = |text: Option<&str>, what| -> PyResult<Option<String>> {
+            let text = plain(text.unwrap_or_default(), what)?.trim();
+            Ok((!text.is_empty()).then(|| text.to_owned()))
+        };
+        let description = Description { long_name: text(long_name, "long_name")?, units: text(units, "units")? };
+        self.handle.call(py, |context| context.describe_field(name, description))
     }
 
     /// Loads the scene from a file, on rank 0, for all ranks: one picture or several views, with their triggers and
     /// camera motions. On failure the previous scene stays in effect. Collective.
     #[pyo3(signature = (path))]
     fn scene_load(&self, py: Python, path: PathBuf) -> PyResult<()> {
-        let path = text(&path.to_string_lossy(), "path")?;
-        // SAFETY: an open context, and a string that lives until the call returns.
-        self.handle.call(py, move |ctx| unsafe { icoray_scene_load(ctx, path.as_ptr()) })
+        let path = path.to_string_lossy();
+        let path = plain(&path, "path")?;
+        self.handle.call(py, |context| context.load_scene(path))
     }
 
     /// As `scene_load`, from TOML text. Collective: all ranks use the text of rank 0.
     #[pyo3(signature = (text))]
     fn scene_text(&self, py: Python, text: &str) -> PyResult<()> {
-        let toml = self::text(text, "text")?;
-        // SAFETY: as above.
-        self.handle.call(py, move |ctx| unsafe { icoray_scene_text(ctx, toml.as_ptr()) })
+        let text = plain(text, "text")?;
+        self.handle.call(py, |context| context.set_scene_text(text))
     }
 
     /// Whether `execute` may draw a picture at this step; with a field's name, whether it may read that field. Local,
     /// with the same answer on all ranks.
     #[pyo3(signature = (step, time_s = 0.0, field = None))]
     fn wants(&self, py: Python, step: i64, time_s: f64, field: Option<&str>) -> PyResult<bool> {
-        let field = field.map(|field| text(field, "field")).transpose()?;
-        let mut wants = 0;
-        let answer = &mut wants;
-        self.handle.call(py, move |ctx| match field {
-            // SAFETY: an open context, a string that lives until the call returns, and a number that is written.
-            Some(field) => unsafe { icoray_wants_field(ctx, field.as_ptr(), step, time_s, answer) },
-            // SAFETY: as above.
-            None => unsafe { icoray_wants(ctx, step, time_s, answer) },
-        })?;
-        Ok(wants != 0)
+        let field = field.map(|field| plain(field, "field")).transpose()?;
+        let mut wants = false;
+        self.handle.call(py, |context| context.wants(field, step, time_s, &mut wants))?;
+        Ok(wants)
     }
 
     /// Renders all pictures that are due at this step from the fields as they are now. A thread writes them.
@@ -335,31 +318,24 @@ impl Context {
     ///     The first failure at this step, or of a picture of an earlier one that could not be written.
     #[pyo3(signature = (step, time_s = 0.0, date = None))]
     fn execute(&self, py: Python, step: i64, time_s: f64, date: Option<&Bound<PyAny>>) -> PyResult<()> {
-        let date = date.map(|date| text(&date::text_of(date)?, "date")).transpose()?;
+        let date = date.map(date::text_of).transpose()?;
+        let date = date.as_deref().map(|date| plain(date, "date")).transpose()?;
         if time_s.is_finite() && self.wants(py, step, time_s, None).unwrap_or(false) {
             self.handle.kept().count_copies();
         }
-        self.handle.call(py, move |ctx| {
-            let date = date.as_ref().map_or(ptr::null(), |date| date.as_ptr());
-            // SAFETY: an open context; tables and arrays are kept, callers must not write to them; NULL
-            // or a string that lives until the call returns.
-            unsafe { icoray_execute(ctx, step, time_s, date) }
-        })
+        // SAFETY: tables and arrays are kept, callers must not write to them.
+        self.handle.call(py, |context| unsafe { context.execute(step, time_s, date) })
     }
 
     /// Waits until all frames are on disk. Collective.
     fn wait(&self, py: Python) -> PyResult<()> {
-        // SAFETY: an open context.
-        self.handle.call(py, |ctx| unsafe { icoray_wait(ctx) })
+        self.handle.call(py, |context| context.wait())
     }
 
     /// Cost and error of the last rendered frame, and counts of all frames so far: the members of icoray_frame_report
     /// by name, with words for numbers that have some and None for NaN. bytes_copied includes the copies of arrays that could not be borrowed.
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let mut report = icoray_frame_report { struct_size: size_of::<icoray_frame_report>(), ..Default::default() };
-        let filled = &mut report;
-        // SAFETY: an open context, and a struct of the right size.
-        self.handle.call(py, move |ctx| unsafe { icoray_report(ctx, filled) })?;
+        let mut report = self.handle.call(py, |context| context.report())?;
         report.bytes_copied += self.handle.kept().frame_copied;
         crate::report::of_figures(py, report.figures())
     }
@@ -398,8 +374,13 @@ impl Context {
     }
 }
 
+/// A text, which has no NUL, as names in C have none.
+fn plain<'t>(text: &'t str, what: &str) -> PyResult<&'t str> {
+    c_string(text, what).map(|_| text)
+}
+
 /// A string of C.
-fn text(text: &str, what: &str) -> PyResult<CString> {
+fn c_string(text: &str, what: &str) -> PyResult<CString> {
     CString::new(text).map_err(|_| argument(format!("{what}: {text:?} has a NUL in it")))
 }
 

@@ -41,6 +41,8 @@ use std::sync::{Mutex, PoisonError};
 pub(crate) struct Field {
     pub array: RealArray,
     pub location: Location,
+    /// Value that marks missing ones.
+    #[pyo3(get)]
     pub fill: Option<f64>,
     pub layer_axis: Option<usize>,
     pub description: Description,
@@ -98,12 +100,6 @@ impl Field {
     #[getter]
     fn location(&self) -> &'static str {
         if self.location == Location::Center { "cell" } else { "corner" }
-    }
-
-    /// Value that marks missing ones.
-    #[getter]
-    fn fill(&self) -> Option<f64> {
-        self.fill
     }
 
     /// Long name, such as "potential temperature".

@@ -5,8 +5,8 @@ use crate::report;
 use icoray::Frame;
 use icoray::output::figures::Scope;
 use icoray::output::{Existing, png_bytes, write_error_map, write_picture};
-use numpy::ndarray::{ArrayView2, ArrayView3};
-use numpy::{IntoPyArray, PyArray2, PyArray3, PyArrayMethods};
+use numpy::ndarray::{ArrayView, ShapeBuilder};
+use numpy::{IntoPyArray, PyArray, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use std::path::PathBuf;
@@ -20,6 +20,20 @@ pub(crate) struct Image {
 impl Image {
     pub fn new(frame: Frame) -> Self {
         Image { frame }
+    }
+
+    /// Numbers of the frame as a read-only array that keeps the image.
+    fn viewed<'py, S: ShapeBuilder>(
+        slf: &Bound<'py, Self>,
+        shape: S,
+        values: &[f32],
+    ) -> PyResult<Bound<'py, PyArray<f32, S::Dim>>> {
+        let view =
+            ArrayView::from_shape(shape.into_shape_with_order(), values).expect("as many numbers as the shape has");
+        // SAFETY: the array keeps the image, which never changes.
+        let array = unsafe { PyArray::borrow_from_array(&view, slf.clone().into_any()) };
+        array.readwrite().make_nonwriteable();
+        Ok(array)
     }
 
     fn size(&self) -> [usize; 2] {
@@ -52,28 +66,16 @@ impl Image {
     /// picture's memory.
     #[getter]
     fn pixels<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray3<f32>>> {
-        let image = slf.get();
-        let [height, width] = image.size();
-        let view = ArrayView3::from_shape((height, width, 4), bytemuck::cast_slice(&image.frame.pixels));
-        let view = view.expect("as many pixels as width times height");
-        // SAFETY: the array keeps the image, which never changes.
-        let array = unsafe { PyArray3::borrow_from_array(&view, slf.clone().into_any()) };
-        array.readwrite().make_nonwriteable();
-        Ok(array)
+        let [height, width] = slf.get().size();
+        Self::viewed(slf, (height, width, 4), bytemuck::cast_slice(&slf.get().frame.pixels))
     }
 
     /// For each pixel, how far any of its channels may be from the exact integral: float32 of shape (height, width), a
     /// read-only view.
     #[getter]
     fn error<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let image = slf.get();
-        let [height, width] = image.size();
-        let view = ArrayView2::from_shape((height, width), &image.frame.error);
-        let view = view.expect("an error for each pixel");
-        // SAFETY: as above.
-        let array = unsafe { PyArray2::borrow_from_array(&view, slf.clone().into_any()) };
-        array.readwrite().make_nonwriteable();
-        Ok(array)
+        let [height, width] = slf.get().size();
+        Self::viewed(slf, (height, width), &slf.get().frame.error)
     }
 
     /// Cost, error and statistics of the frame by name, as in the columns of report.csv: a dict of plain numbers, texts

@@ -16,8 +16,10 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// This rank's part of a grid.
-pub(crate) struct PartInput<'a> {
+pub struct PartInput<'a> {
+    /// Name of the grid.
     pub grid: &'a str,
+    /// Its cells.
     pub cells: PartCells<'a>,
     /// The corners of this rank's fields, if it has numbered them.
     pub corners: Option<PartCorners<'a>>,

@@ -191,7 +191,7 @@ impl Context {
                 drawing.check_names(&shot.scene, stamp)?;
             }
             let mut frame_inputs = inputs.frame_inputs(shot, stamp)?;
-            frame_inputs.setup.notes.extend(drawing.note());
+            frame_inputs.setup.notes.extend(drawing.note.clone());
             if ranks.size() > 1 {
                 check_whole(&frame_inputs)?;
             }

@@ -1,10 +1,7 @@
 //! Overlays and surroundings of the picture: labels, values under the mouse, links, full screen, the light theme.
 
-use crate::browser::Browser;
 use crate::looks::{TABS, looks_right};
-use crate::made::Made;
 use crate::page::{SCREEN, Shown};
-use crate::run::Folder;
 use crate::viewer::Json;
 use serde_json::json;
 
@@ -68,12 +65,8 @@ fn labels_and_lines_of_drafts_are_as_sharp_as_at_rest() {
 /// A scene with a size of its own is shown in another: its labels have the pixels of the screen all the same.
 #[test]
 fn labels_of_scaled_pictures_have_the_pixels_of_the_screen() {
-    let Some(browser) = Browser::start() else { return };
-    let folder = Folder::of(&Made::history());
     let scene = "field = 'theta'\nimage = { width = 200, height = 160 }\n[labels]\ntitle = 'A title'\n";
-    folder.write("s.toml", scene);
-    let viewer = folder.view(&["--scene", "s.toml"]);
-    browser.resize(SCREEN, false);
+    let Some(Shown { browser, viewer, .. }) = &Shown::begin(SCREEN, false, scene) else { return };
     browser.go(&viewer.address());
     browser.rests();
     // The bitmap that is drawn last, on the picture, and where.

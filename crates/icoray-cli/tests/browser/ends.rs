@@ -2,7 +2,7 @@
 
 use crate::browser::Browser;
 use crate::made::Made;
-use crate::page::SMALL;
+use crate::page::{SMALL, Shown};
 use crate::run::Folder;
 use std::net::TcpListener;
 use std::process;
@@ -49,9 +49,7 @@ fn a_page_shows_that_the_program_has_ended() {
 
 #[test]
 fn an_address_without_its_token_shows_an_error() {
-    let Some(browser) = Browser::start() else { return };
-    let folder = Folder::of(&Made::history());
-    let viewer = folder.view(&[]);
+    let Some(Shown { browser, viewer, .. }) = &Shown::begin(SMALL, false, "") else { return };
     browser.go(&format!("http://{}/#0123", viewer.page.host));
     browser.until_text("#alert", "This address lacks its token.");
     browser.shot("no-token");
@@ -59,7 +57,7 @@ fn an_address_without_its_token_shows_an_error() {
     // The right address, in the same window.
     browser.go(&viewer.address());
     browser.until_text("#title", "made.nc");
-    browser.open(&viewer);
+    browser.open(viewer);
     // It is not left in the address, and a reload finds it.
     assert_eq!(browser.js("return location.hash;"), "");
     browser.wait(browser.client().refresh());

@@ -1,9 +1,6 @@
 //! The mouse: turning, zooming, editing a knot, probing, playing.
 
-use crate::browser::Browser;
-use crate::made::Made;
-use crate::page::Shown;
-use crate::run::Folder;
+use crate::page::{SMALL, Shown};
 use crate::viewer::Json;
 use icoray::{Renderer, Scene};
 use std::collections::BTreeSet;
@@ -245,13 +242,9 @@ fn an_isosurface_is_suggested_for_the_field_that_was_chosen() {
 
 #[test]
 fn the_line_below_a_picture_describes_its_surface() {
-    let Some(browser) = Browser::start() else { return };
-    let folder = Folder::of(&Made::history());
     let scene = "field = 'theta'\n[[surfaces]]\nlayer = 0\nfield = 'theta'\ntransfer = { map = 'magma' }\n";
-    folder.write("s.toml", scene);
-    let viewer = folder.view(&["--scene", "s.toml"]);
-    browser.resize([800, 560], false);
-    browser.open(&viewer);
+    let Some(Shown { browser, viewer, .. }) = &Shown::begin(SMALL, false, scene) else { return };
+    browser.open(viewer);
     browser.until_text("#facts", "theta");
     browser.until("the panel", "return document.querySelector('#colours select[aria-label=Field]');");
     browser.changed_by(|| drop(browser.js(CHOOSE_W)));

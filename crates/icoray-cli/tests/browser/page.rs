@@ -33,11 +33,18 @@ impl Shown {
     }
 
     pub fn start_with(size: [u32; 2], is_phone: bool) -> Option<Self> {
+        let shown = Self::begin(size, is_phone, "")?;
+        shown.browser.open(&shown.viewer);
+        Some(shown)
+    }
+
+    /// A window of a size before it has the page's address; `scene` is the text of a scene file, if there is one.
+    pub fn begin(size: [u32; 2], is_phone: bool, scene: &str) -> Option<Self> {
         let browser = Browser::start()?;
         let folder = Folder::of(&Made::history());
-        let viewer = folder.view(&[]);
+        folder.write("s.toml", scene);
+        let viewer = folder.view(if scene.is_empty() { &[] } else { &["--scene", "s.toml"] });
         browser.resize(size, is_phone);
-        browser.open(&viewer);
         Some(Shown { browser, viewer, folder })
     }
 }

@@ -1,7 +1,7 @@
 //! The commands on small MPAS files, whose fields have the values `1000·time + column + 0.125·layer` in 42 columns.
 
 use crate::made::{Made, RECORDS, Values};
-use crate::run::{Folder, has, icoray, says, scene, shows_something, software};
+use crate::run::{Folder, has, icoray, row, says, scene, shows_something, software};
 use netcdf::Options;
 use std::fs;
 use std::process::Stdio;
@@ -185,13 +185,9 @@ fn info_lists_the_contents_of_a_file() {
         "Potential temperature",
     ];
     has(&text, &parts);
-    let row = |name: &str| {
-        let line = text.lines().find(|l| l.starts_with(name)).unwrap();
-        line.split_whitespace().collect::<Vec<_>>()
-    };
-    assert_eq!(row("theta "), ["theta", "cells", "4", "f32", "K", "Potential", "temperature"]);
-    assert_eq!(row("vorticity "), ["vorticity", "corners", "4", "f64", "-", "-"]);
-    assert_eq!(row("vn_zonal ")[..7], ["vn_zonal", "cells,", "from", "edges", "1", "f64", "-"]);
+    assert_eq!(row(&text, "theta"), ["theta", "cells", "4", "f32", "K", "Potential", "temperature"]);
+    assert_eq!(row(&text, "vorticity"), ["vorticity", "corners", "4", "f64", "-", "-"]);
+    assert_eq!(row(&text, "vn_zonal")[..7], ["vn_zonal", "cells,", "from", "edges", "1", "f64", "-"]);
     // The last time is 2, and w has five layers.
     has(&folder.prints("info made.nc --ranges"), &["range at the last time", "2000 to 2041.5"]);
 }

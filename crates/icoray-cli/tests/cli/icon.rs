@@ -3,7 +3,7 @@
 use crate::files::folder;
 use crate::made::Made;
 use crate::made_icon::{Angles, LAYERS};
-use crate::run::{Folder, difference, has, scene, shows_something};
+use crate::run::{Folder, difference, has, row, scene, shows_something};
 use netcdf::Options;
 
 #[test]
@@ -35,8 +35,7 @@ fn info_prints_layers_and_units() {
         "layers     3 on heights (lev, standard atmosphere): from 110.9 m to 5579.3 m",
     ];
     has(&text, &parts);
-    let line = text.lines().find(|line| line.starts_with("ta ")).unwrap();
-    assert_eq!(line.split_whitespace().collect::<Vec<_>>(), ["ta", "corners", "3", "f32", "K", "Temperature"]);
+    assert_eq!(row(&text, "ta"), ["ta", "corners", "3", "f32", "K", "Temperature"]);
     folder.write("scene.toml", scene("ta", 0.0, 80.0));
     has(&folder.prints("plan made.nc --scene scene.toml --layers 0..2"), &["left out"]);
 }

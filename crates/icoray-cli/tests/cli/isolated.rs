@@ -1,26 +1,17 @@
 //! Damaged NetCDF-4 files, which may end or hang the process that reads them inside HDF5.
 
 use crate::made::Made;
-use crate::run::{Folder, icoray};
-use icoray_test_support::{PATIENCE, Random};
+use crate::run::{Folder, icoray, wait_until};
+use icoray_test_support::Random;
 use std::fs;
 use std::io::Read;
 use std::path::Path;
 use std::process::Command;
-use std::time::{Duration, Instant};
 
 /// The child of a command, once it has one.
 fn child_of(command: u32) -> String {
     let children = format!("/proc/{command}/task/{command}/children");
     fs::read_to_string(children).unwrap().trim().to_owned()
-}
-
-fn wait_until(what: &str, holds: impl Fn() -> bool) {
-    let start = Instant::now();
-    while !holds() {
-        assert!(start.elapsed() < PATIENCE, "{what}");
-        std::thread::sleep(Duration::from_millis(5));
-    }
 }
 
 /// Signals by which HDF5 ends a process; the necessary damage depends on its version.
@@ -40,27 +31,17 @@ fn the_end_of_the_reading_process_is_an_error() {
     }
 }
 
-#[test]
-fn the_reading_process_ends_with_its_parent() {
-    let folder = Folder::of_netcdf4(&Made::history());
-    let mut view = folder.view(&[]).into_child();
-    let child = child_of(view.id());
-    assert_ne!(child, "");
-    let child = format!("/proc/{child}");
-    view.kill().unwrap();
-    view.wait().unwrap();
-    wait_until("the child goes on", || !Path::new(&child).exists());
-}
-
 /// Classic files are read in the command's own process: damage of them is an error.
 #[test]
-fn classic_files_need_no_other_process() {
-    let folder = Folder::of(&Made::history());
-    let mut view = folder.view(&[]).into_child();
-    let child = child_of(view.id());
-    view.kill().unwrap();
-    view.wait().unwrap();
-    assert_eq!(child, "");
+fn netcdf_4_files_have_a_reading_process_that_ends_with_its_parent() {
+    for (folder, has_child) in [(Folder::of_netcdf4(&Made::history()), true), (Folder::of(&Made::history()), false)] {
+        let mut view = folder.view(&[]).into_child();
+        let child = child_of(view.id());
+        view.kill().unwrap();
+        view.wait().unwrap();
+        assert_eq!(!child.is_empty(), has_child, "{child:?}");
+        wait_until("the child goes on", || !has_child || !Path::new("/proc").join(&child).exists());
+    }
 }
 
 /// A file with some bytes of its structure overwritten.

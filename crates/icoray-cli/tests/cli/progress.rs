@@ -1,4 +1,4 @@
-//! Progress: a line on a terminal, and nothing elsewhere.
+//! Progress: a line on a terminal. Elsewhere stderr is empty, at which `Folder::prints` looks in all tests.
 
 use crate::made::Made;
 use crate::run::{Folder, has};
@@ -36,14 +36,4 @@ fn a_terminal_sees_the_stages_and_the_pictures() {
     has(&text, &["reading made.nc", "reading vorticity", "passes the check"]);
     let text = printed(folder.path(), "plan made.nc");
     has(&text, &["reading made.nc", "left out: "]);
-}
-
-#[test]
-fn nothing_is_on_stderr_that_is_no_terminal() {
-    let folder = Folder::of(&Made::history());
-    // `prints` looks at stderr.
-    for line in ["render made.nc --time all --size 64x48", "info made.nc --ranges", "plan made.nc"] {
-        folder.prints(line);
-    }
-    folder.prints("animate -o a.png theta_2013-10-25_00.00.00_000000.png theta_2013-10-26_00.00.00_000001.png");
 }

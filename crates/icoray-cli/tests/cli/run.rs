@@ -1,11 +1,13 @@
 //! Runs the binary and reads its output.
 
 use crate::made::Made;
+use icoray_test_support::PATIENCE;
 use netcdf::Options;
 use std::fs;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// A scene for any field: opaque from `low` to `high`, so that something is seen.
@@ -142,6 +144,23 @@ pub fn has(text: &str, parts: &[&str]) {
     for part in parts {
         assert!(text.contains(part), "{part:?} is not in\n{text}");
     }
+}
+
+/// Waits until something holds.
+#[track_caller]
+pub fn wait_until(what: &str, holds: impl Fn() -> bool) {
+    let start = Instant::now();
+    while !holds() {
+        assert!(start.elapsed() < PATIENCE, "waited in vain: {what}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// The words of the line of a table that begins with `name`.
+#[track_caller]
+pub fn row<'t>(text: &'t str, name: &str) -> Vec<&'t str> {
+    let mut rows = text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
+    rows.find(|row| row.first() == Some(&name)).unwrap_or_else(|| panic!("no row of {name} in\n{text}"))
 }
 
 /// Checks that the picture is of that size and shows something: pixels differ, and in more than the globe's outline.

@@ -15,7 +15,7 @@ fn mean(values: &[f64]) -> f64 {
 }
 
 #[test]
-fn the_sample_is_small_and_its_flow_conserves_the_tracer() {
+fn the_sample_is_small_conserves_its_tracer_and_shows_its_fields() {
     let folder = Folder::new();
     let printed = folder.prints("sample s.nc");
     assert_eq!(printed, "sample    s.nc; icoray render s.nc draws it\n");
@@ -35,13 +35,8 @@ fn the_sample_is_small_and_its_flow_conserves_the_tracer() {
     let vorticity = values(&file, "vorticity", 0);
     let largest = vorticity.iter().copied().fold(0.0, f64::max);
     assert!(mean(&vorticity).abs() < 0.02 * largest && (5e-5..2e-4).contains(&largest), "{largest}");
-}
-
-#[test]
-fn the_first_pictures_of_the_sample_show_its_fields() {
-    let folder = Folder::new();
-    folder.prints("sample s.nc");
-    for field in ["tracer", "theta", "vorticity"] {
+    // Its first pictures show the fields.
+    for field in names {
         let text = folder.prints(&format!("render s.nc --field {field} --size 120x96 -o a.png"));
         has(&text, &["time 1 (2000-01-03_00:00:00)"]);
         let picture = image::open(folder.at("a.png")).unwrap().to_rgb8();

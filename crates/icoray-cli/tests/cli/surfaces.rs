@@ -2,7 +2,7 @@
 
 use crate::files::folder;
 use crate::made::Made;
-use crate::run::{Folder, has, says, scene, shows_something};
+use crate::run::{Folder, has, row, says, scene, shows_something};
 use std::fs;
 
 /// A history whose only field is surface pressure.
@@ -31,8 +31,7 @@ fn a_file_of_2d_fields_is_drawn_alone() {
     assert!(fs::read(&picture).unwrap() == drawn, "the saved scene draws another picture");
     let text = folder.prints("info made.nc --ranges");
     has(&text, &["layers     1: a 2D field, shown as a surface on the sphere", "2000 to 2041"]);
-    let line = text.lines().find(|line| line.starts_with("surface_pressure ")).unwrap();
-    assert_eq!(line.split_whitespace().collect::<Vec<_>>()[..4], ["surface_pressure", "cells", "1", "f32"]);
+    assert_eq!(row(&text, "surface_pressure")[..4], ["surface_pressure", "cells", "1", "f32"]);
 }
 
 #[test]

@@ -1,16 +1,14 @@
 //! Fields and heights as arrays of C.
 
-use super::text;
+use super::c_string;
 use crate::array::Pointer;
 use crate::field::Field;
 use icoray::Location;
+use icoray_context::boundary::Failure;
 use icoray_context::icoray_ctx;
-use icoray_context::inputs::{icoray_field_set_ndarray, icoray_heights_set_ndarray};
-use icoray_context::types::{
-    ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, ICORAY_MAX_RANK, icoray_ndarray, icoray_status,
-};
+use icoray_context::types::{ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, ICORAY_MAX_RANK, icoray_ndarray};
 use pyo3::prelude::*;
-use std::ffi::{CStr, CString};
+use std::ffi::CString;
 
 /// Names of the grid and layers of an array.
 pub(super) struct ArrayNames {
@@ -20,7 +18,7 @@ pub(super) struct ArrayNames {
 
 impl ArrayNames {
     pub fn new(grid: &str, layers: &str) -> PyResult<Self> {
-        Ok(ArrayNames { grid: text(grid, "grid")?, layers: text(layers, "layers")? })
+        Ok(ArrayNames { grid: c_string(grid, "grid")?, layers: c_string(layers, "layers")? })
     }
 }
 
@@ -74,13 +72,13 @@ impl CArray {
         })
     }
 
-    pub fn set_field(&self, ctx: *mut icoray_ctx, name: &CStr) -> icoray_status {
-        // SAFETY: an open context; names that live until the call returns, and memory that the context keeps afterwards.
-        unsafe { icoray_field_set_ndarray(ctx, name.as_ptr(), &raw const self.0) }
+    pub fn set_field(&self, context: &icoray_ctx, name: &str) -> Result<(), Failure> {
+        // SAFETY: names that live until the call returns, and memory that the context keeps afterwards.
+        unsafe { context.set_field_ndarray(name, &self.0) }
     }
 
-    pub fn set_heights(&self, ctx: *mut icoray_ctx) -> icoray_status {
+    pub fn set_heights(&self, context: &icoray_ctx) -> Result<(), Failure> {
         // SAFETY: as above.
-        unsafe { icoray_heights_set_ndarray(ctx, &raw const self.0) }
+        unsafe { context.set_heights_ndarray(&self.0) }
     }
 }

@@ -22,13 +22,25 @@ pub(super) struct Settings<'a> {
     pub when_full: &'a str,
 }
 
+/// A config, with the addresses in it.
+pub(super) struct Config(icoray_config);
+
+// SAFETY: the directory is read, and the callback may be called, on any thread.
+unsafe impl Send for Config {}
+
+impl Config {
+    pub fn get(&self) -> &icoray_config {
+        &self.0
+    }
+}
+
 impl Settings<'_> {
     /// The config of C, which borrows the directory.
-    pub fn config(&self, output_dir: Option<&CString>) -> PyResult<icoray_config> {
+    pub fn config(&self, output_dir: Option<&CString>) -> PyResult<Config> {
         let existing = [("keep", ICORAY_NEVER_MODIFY), ("overwrite", ICORAY_OVERWRITE)];
         let on_error = [("warn", ICORAY_WARN), ("ignore", ICORAY_IGNORE), ("disable", ICORAY_DISABLE)];
         let when_full = [("block", ICORAY_BLOCK), ("drop", ICORAY_DROP_OLDEST)];
-        Ok(icoray_config {
+        Ok(Config(icoray_config {
             struct_size: size_of::<icoray_config>(),
             output_dir: output_dir.map_or(ptr::null(), |directory| directory.as_ptr()),
             threads: self.threads,
@@ -42,7 +54,7 @@ impl Settings<'_> {
             log_level: ICORAY_LOG_DEBUG,
             log: Some(log_to_python),
             log_user: ptr::null_mut(),
-        })
+        }))
     }
 }
 

@@ -1,44 +1,25 @@
 //! The handle of a context, and what it borrows.
 
 use super::config::Settings;
-use super::{closed, text};
+use super::{c_string, closed};
 use crate::error::{class, of_class};
 use crate::field::Field;
 use crate::grid::Grid;
 use crate::mpi;
 use icoray::ErrorKind;
+use icoray_context::boundary::Failure;
 use icoray_context::icoray_ctx;
-use icoray_context::inputs::icoray_refuse;
-use icoray_context::open::{icoray_close, icoray_open_serial, last_error, open_over};
 use icoray_context::types::icoray_status;
 use pyo3::exceptions::PyResourceWarning;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
-use std::ffi::CStr;
 use std::path::PathBuf;
-use std::ptr;
-use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, TryLockError, TryLockResult};
-
-/// A pointer that a call takes along while Python's lock is released.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Sent<T>(pub T);
-
-// SAFETY: calls are made on the thread that has the pointer, of which only Python's lock is released; a context locks
-// itself, and calls of other threads are refused or wait.
-unsafe impl<T> Send for Sent<T> {}
-// SAFETY: as above.
-unsafe impl Sync for Sent<*mut icoray_ctx> {}
-
-impl<T: Copy> Sent<T> {
-    pub fn get(self) -> T {
-        self.0
-    }
-}
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, TryLockError, TryLockResult};
 
 /// An open context, until it is closed.
 pub(super) struct Handle {
-    /// Calls share the lock; close has it alone.
-    context: RwLock<Option<Sent<*mut icoray_ctx>>>,
+    /// Calls that have begun share it; close takes it away.
+    context: RwLock<Option<Arc<icoray_ctx>>>,
     is_shared: bool,
     /// Locked while the context takes an address and its array is kept.
     giving: Mutex<()>,
@@ -84,35 +65,24 @@ impl Handle {
         settings: &Settings,
         comm: Option<&Bound<PyAny>>,
     ) -> PyResult<Self> {
-        let directory = output_dir.map(|path| text(&path.to_string_lossy(), "output_dir")).transpose()?;
+        let directory = output_dir.map(|path| c_string(&path.to_string_lossy(), "output_dir")).transpose()?;
         let config = settings.config(directory.as_ref())?;
         let team = comm.map(mpi::team).transpose()?;
         let is_shared = team.is_some();
-        let config = Sent(&raw const config);
-        let (status, message, context) = py.detach(move || {
-            let mut ctx = ptr::null_mut();
-            // SAFETY: a config whose strings live until the call returns, and a pointer that is written.
-            let status = unsafe {
-                match team {
-                    Some(team) => open_over(config.get(), team, &raw mut ctx),
-                    None => icoray_open_serial(config.get(), &raw mut ctx),
-                }
-            };
-            (status, message_of(status, ptr::null()), Sent(ctx))
-        });
-        checked(status, message)?;
-        Ok(Handle { context: RwLock::new(Some(context)), is_shared, giving: Mutex::default(), kept: Mutex::default() })
+        // SAFETY: a config whose string lives until the call returns.
+        let opened = py.detach(move || unsafe { icoray_ctx::open(config.get(), team) });
+        let context = RwLock::new(Some(opened.map_err(raised)?.into()));
+        Ok(Handle { context, is_shared, giving: Mutex::default(), kept: Mutex::default() })
     }
 
     /// Makes a call on the context with Python's lock released.
-    pub fn call(&self, py: Python, call: impl FnOnce(*mut icoray_ctx) -> icoray_status + Send) -> PyResult<()> {
-        let context = locked(self.context.try_read())?.ok_or_else(closed)?;
-        let (status, message) = py.detach(move || {
-            let ctx = context.get();
-            let status = call(ctx);
-            (status, message_of(status, ctx))
-        });
-        checked(status, message)
+    pub fn call<R: Send>(
+        &self,
+        py: Python,
+        call: impl FnOnce(&icoray_ctx) -> Result<R, Failure> + Send,
+    ) -> PyResult<R> {
+        let context = locked(self.context.try_read())?.clone().ok_or_else(closed)?;
+        py.detach(move || call(&context)).map_err(raised)
     }
 
     /// Makes a call that gives the context an address, and keeps what owns the memory there: both or none, so that of
@@ -120,7 +90,7 @@ impl Handle {
     pub fn give<R>(
         &self,
         py: Python,
-        call: impl FnOnce(*mut icoray_ctx) -> icoray_status + Send,
+        call: impl FnOnce(&icoray_ctx) -> Result<(), Failure> + Send,
         keep: impl FnOnce(&mut Kept) -> R,
     ) -> PyResult<R> {
         let _giving = locked(self.giving.try_lock())?;
@@ -129,15 +99,13 @@ impl Handle {
     }
 
     /// Records in the context that arguments were refused; returns their `error`.
-    pub fn refuse(&self, py: Python, call: &CStr, name: &CStr, error: PyErr) -> PyErr {
-        let why = error.value(py).to_string().replace('\0', "?");
-        let Ok(why) = text(&why, "message") else { return error };
-        let status = icoray_status::ICORAY_ERR_ARGUMENT as i32;
-        // SAFETY: an open context, and strings that live until the call returns.
-        let refused =
-            self.call(py, |ctx| unsafe { icoray_refuse(ctx, call.as_ptr(), name.as_ptr(), status, why.as_ptr()) });
-        // It has the status that was given, with what was found before.
-        drop(refused);
+    pub fn refuse(&self, py: Python, call: &str, name: &str, error: PyErr) -> PyErr {
+        let why = error.value(py).to_string();
+        // The error is what was found before, whatever the state of the context.
+        let _ = self.call(py, |context| {
+            context.refuse(call, name, &why);
+            Ok(())
+        });
         error
     }
 
@@ -153,16 +121,14 @@ impl Handle {
     pub fn close(&self, py: Python) -> PyResult<()> {
         let _giving = locked(self.giving.try_lock())?;
         let mut open = locked(self.context.try_write())?;
-        let Some(context) = *open else { return Ok(()) };
-        let (status, message, rest) = py.detach(move || {
-            let mut ctx = context.get();
-            // SAFETY: an open context that no other thread uses, as the lock says.
-            let status = unsafe { icoray_close(&raw mut ctx) };
-            (status, message_of(status, ptr::null()), Sent(ctx))
-        });
-        *open = (!rest.get().is_null()).then_some(rest);
-        let _kept = open.is_none().then(|| std::mem::take(&mut *self.kept()));
-        checked(status, message)
+        let Some(context) = open.clone() else { return Ok(()) };
+        let closed = py.detach(|| context.close());
+        let is_open = closed.as_ref().is_err_and(|failure| failure.status == icoray_status::ICORAY_ERR_BUSY);
+        if context.is_forked() {
+            std::mem::forget(open.take());
+        }
+        let _closed = (!is_open).then(|| (open.take(), std::mem::take(&mut *self.kept())));
+        closed.map_err(raised)
     }
 }
 
@@ -185,6 +151,8 @@ impl Drop for Handle {
             // The context may still read what it borrows.
             std::mem::forget(std::mem::take(&mut *self.kept()));
         }
+        // One that could not be closed stays open, also where Python has ended.
+        std::mem::forget(self.context.get_mut().unwrap_or_else(PoisonError::into_inner).take());
     }
 }
 
@@ -199,15 +167,6 @@ fn locked<G>(lock: TryLockResult<G>) -> PyResult<G> {
     }
 }
 
-/// The message of a call that failed on this thread.
-fn message_of(status: icoray_status, ctx: *const icoray_ctx) -> String {
-    if status == icoray_status::ICORAY_OK {
-        return String::new();
-    }
-    // SAFETY: NULL or an open context.
-    in_python(&unsafe { last_error(ctx) })
-}
-
 /// A message of the C interface, with the names that its members and functions have here.
 pub(super) fn in_python(message: &str) -> String {
     let members = ["config.", "grid.", "part.", "layers.", "ndarray."].map(|of| (of, ""));
@@ -217,11 +176,10 @@ pub(super) fn in_python(message: &str) -> String {
     names.fold(message.replace("_set_ndarray", "_set"), |text, (c, here)| text.replace(&format!("icoray_{c}"), here))
 }
 
-/// The error of a status.
-fn checked(status: icoray_status, message: String) -> PyResult<()> {
+/// The error of a failed call.
+fn raised(Failure { status, message }: Failure) -> PyErr {
     use icoray_status::*;
     let class = match status {
-        ICORAY_OK => return Ok(()),
         ICORAY_ERR_NULL | ICORAY_ERR_STRUCT_SIZE => "ArgumentError",
         ICORAY_ERR_DISABLED => "DisabledError",
         ICORAY_ERR_BUSY => "BusyError",
@@ -229,5 +187,5 @@ fn checked(status: icoray_status, message: String) -> PyResult<()> {
         // The others have the numbers of kinds of errors.
         kind => class(ErrorKind::of_number(kind as i32)),
     };
-    Err(of_class(class, message))
+    of_class(class, in_python(&message))
 }

@@ -14,6 +14,8 @@ use std::thread::{self, JoinHandle};
 /// The live page of a dataset, served to browsers on this machine until it is closed.
 #[pyclass(frozen, module = "icoray")]
 pub(crate) struct View {
+    /// The address of the page, with the token without which nothing is answered.
+    #[pyo3(get)]
     address: String,
     /// `None` once it is closed.
     served: Mutex<Option<Served>>,
@@ -59,12 +61,6 @@ impl View {
 
 #[pymethods]
 impl View {
-    /// The address of the page, with the token without which nothing is answered.
-    #[getter]
-    fn address(&self) -> &str {
-        &self.address
-    }
-
     /// The text of the scene as it is shown now: for `icoray.Scene` and `icoray.render`.
     #[getter]
     fn scene(&self) -> PyResult<String> {

@@ -3,7 +3,7 @@
 use super::*;
 use crate::boundary::tests::{config, loud, message};
 use crate::frames::{icoray_execute, icoray_wait, icoray_wants};
-use crate::handle::{icoray_ctx, with};
+use crate::handle::{CallKind, icoray_ctx, with};
 use crate::inputs::{icoray_scene_load, icoray_scene_text};
 use icoray_core::ranks::on_local_nodes;
 use icoray_status::*;
@@ -102,7 +102,7 @@ fn a_bug_on_one_rank_changes_no_answer_before_an_agreement() {
             assert_eq!(model.set_scene(Some(SCENE)), ICORAY_OK);
             if model.rank == odd {
                 // SAFETY: an open context.
-                let status = unsafe { with(&raw const *model.ctx, |_| panic!("out of bounds")) };
+                let status = unsafe { with(&raw const *model.ctx, CallKind::Local, |_| panic!("out of bounds")) };
                 assert_eq!(status, ICORAY_ERR_INTERNAL);
             }
             assert_eq!(model.wants(2), (ICORAY_OK, 1));

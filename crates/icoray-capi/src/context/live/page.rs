@@ -138,7 +138,7 @@ impl Page {
             return;
         }
         self.budget.begin(is_steered, stamp.step);
-        drawing.set_note((NOTE, format!("{}, in {}", change.revision, Change::FILE)));
+        drawing.note = Some((NOTE, format!("{}, in {}", change.revision, Change::FILE)));
         let what = match is_steered {
             true => format!("a viewer has set {}", change.keys().join(", ")),
             false => "the model's own scene is drawn again".to_owned(),
