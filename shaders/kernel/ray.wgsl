@@ -206,7 +206,7 @@ fn monotone(
                 let mean = medium_sample_at(span, 0.5 * (f.x + f.y));
                 let change = span.steepest * abs(f.y - f.x);
                 let slopes = vec2f(segment_slope(segment, at), segment_slope(segment, next));
-                let cut = KnotCrossing(f.x, slopes, part.length, mean, change, span_is_narrow(span));
+                let cut = KnotCrossing(f, slopes, part.length, mean, change, span_is_narrow(span));
                 roundoff_cut(&roundoff, light, before, cut);
             }
         }

@@ -17,9 +17,9 @@ fn medium_sample_color_difference(a: MediumSample, b: MediumSample) -> f32 {
 }
 
 struct KnotCrossing {
-    // Value at the cut.
-    value: f32,
-    // Slopes of the segment at the cut and at the piece's end.
+    // Values at its start, which is the cut, and at its end.
+    values: vec2f,
+    // Slopes of the segment there.
     slopes: vec2f,
     length: f32,
     mean: MediumSample,
@@ -29,8 +29,7 @@ struct KnotCrossing {
 
 struct Roundoff {
     length: f32,
-    // Rise between the ends, and the rounding error of their values.
-    rise: f32,
+    ends: vec2f,
     reach: f32,
     // Maximum of the slope, and the least at a cut.
     steepest: f32,
@@ -45,15 +44,16 @@ struct Roundoff {
 }
 
 fn roundoff_new(segment: Segment, start: MediumSample) -> Roundoff {
-    let rise = abs(segment.f1 - segment.f0);
-    let steepest = rise + abs(segment.kappa);
-    return Roundoff(segment.length, rise, segment_reach(segment), steepest, rise, start, -1.0, false, start, 0.0);
+    let ends = vec2f(segment.f0, segment.f1);
+    let flattest = abs(ends.y - ends.x);
+    let steepest = flattest + abs(segment.kappa);
+    return Roundoff(segment.length, ends, segment_reach(segment), steepest, flattest, start, -1.0, false, start, 0.0);
 }
 
 fn roundoff_cut(roundoff: ptr<function, Roundoff>, light: ptr<function, Radiance>, alpha: f32, piece: KnotCrossing) {
     let unit = 2.0 * ROUNDING;
-    let last_digit = unit * abs(piece.value);
-    let knot = (*roundoff).length * last_digit / max(last_digit + (*roundoff).rise, 1e-37);
+    let last_digit = unit * abs(piece.values.x);
+    let knot = (*roundoff).length * last_digit / max(last_digit + abs((*roundoff).ends.y - (*roundoff).ends.x), 1e-37);
     let off = unit * piece.length + knot;
     if (*roundoff).has_last {
         (*roundoff).flattest = min((*roundoff).flattest, abs(piece.slopes.x));
@@ -62,7 +62,7 @@ fn roundoff_cut(roundoff: ptr<function, Roundoff>, light: ptr<function, Radiance
     }
     var stretch = 0.0;
     if piece.is_narrow {
-        stretch = 2.0 * (*roundoff).reach / ((*roundoff).reach + min(abs(piece.slopes.x), abs(piece.slopes.y)));
+        stretch = roundoff_stretch(roundoff, piece);
     }
     // A piece without length, which is possible in f32, cannot have its colours elsewhere.
     let part = min(stretch + off / max(piece.length, 1e-37), 1.0);
@@ -72,6 +72,18 @@ fn roundoff_cut(roundoff: ptr<function, Roundoff>, light: ptr<function, Radiance
     (*roundoff).has_last = true;
     (*roundoff).last = piece.mean;
     (*roundoff).last_length = piece.length;
+}
+
+fn roundoff_stretch(roundoff: ptr<function, Roundoff>, piece: KnotCrossing) -> f32 {
+    let ends = (*roundoff).ends;
+    let near = min(roundoff_apart(piece.values.x, ends), roundoff_apart(piece.values.y, ends));
+    let slope = min(abs(piece.slopes.x), abs(piece.slopes.y));
+    return 2.0 * (*roundoff).reach / ((*roundoff).reach + max(near, slope));
+}
+
+// Distance of a knot from the ends of its segment; the ends themselves are no knots.
+fn roundoff_apart(value: f32, ends: vec2f) -> f32 {
+    return select(min(abs(value - ends.x), abs(value - ends.y)), ENDLESS, any(vec2f(value) == ends));
 }
 
 fn roundoff_shift(roundoff: ptr<function, Roundoff>, light: ptr<function, Radiance>, end: MediumSample) {

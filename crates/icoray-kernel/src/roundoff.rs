@@ -34,9 +34,9 @@ impl<T: Real> MediumSample<T> {
 /// A piece behind a cut.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct KnotCrossing<T> {
-    /// Value at the cut.
-    pub value: T,
-    /// Slopes of the segment at the cut and at the piece's end.
+    /// Values at its start, which is the cut, and at its end.
+    pub values: [T; 2],
+    /// Slopes of the segment there.
     pub slopes: [T; 2],
     /// Its length, planet radii.
     pub length: T,
@@ -52,8 +52,8 @@ pub(super) struct KnotCrossing<T> {
 #[derive(Debug)]
 pub(super) struct Roundoff<T> {
     length: T,
-    /// Rise between the ends, and the rounding error of their values.
-    rise: T,
+    /// Values at the ends, and their rounding error.
+    ends: [T; 2],
     reach: T,
     /// Maximum of the slope, and the least at a cut.
     steepest: T,
@@ -69,18 +69,23 @@ impl<T: Real> Roundoff<T> {
     /// For a segment that starts in `start`, whose ends have the rounding error `reach`.
     #[inline]
     pub fn new(segment: &Segment<T>, reach: T, start: MediumSample<T>) -> Self {
-        let rise = (segment.f1 - segment.f0).abs();
-        let steepest = rise + segment.kappa.abs();
-        let length = segment.length;
-        Roundoff { length, rise, reach, steepest, flattest: rise, start, absorbed_before: None, last: None }
+        let ends = [segment.f0, segment.f1];
+        let flattest = (segment.f1 - segment.f0).abs();
+        let steepest = flattest + segment.kappa.abs();
+        Roundoff { length: segment.length, ends, reach, steepest, flattest, start, absorbed_before: None, last: None }
+    }
+
+    #[inline]
+    fn rise(&self) -> T {
+        (self.ends[1] - self.ends[0]).abs()
     }
 
     /// Adds a cut, after the piece behind it was added to `light`, which had absorbed `absorbed` before.
     #[inline]
     pub fn cut(&mut self, light: &mut Radiance<T>, absorbed: T, piece: KnotCrossing<T>) {
         let unit = T::of(2.0 * T::ROUNDING);
-        let last_digit = unit * piece.value.abs();
-        let knot = self.length * last_digit / (last_digit + self.rise);
+        let last_digit = unit * piece.values[0].abs();
+        let knot = self.length * last_digit / (last_digit + self.rise());
         let off = unit * piece.length + knot;
         if let Some((last, length)) = self.last {
             self.flattest = self.flattest.min(piece.slopes[0].abs());
@@ -90,7 +95,7 @@ impl<T: Real> Roundoff<T> {
         }
         // A piece of the wrong length has its colours elsewhere; in a narrow span it is too long or too short by as
         // much as the segment is too flat or too steep there.
-        let stretch = if piece.is_narrow { self.stretch(piece.slopes) } else { T::zero() };
+        let stretch = if piece.is_narrow { self.stretch(&piece) } else { T::zero() };
         let part = (stretch + off / piece.length).min(T::one());
         let colors = (light.alpha - absorbed) * piece.change * part;
         let depth = ((T::one() - light.alpha) * piece.mean.extinction * piece.length * stretch).min(T::one());
@@ -98,11 +103,15 @@ impl<T: Real> Roundoff<T> {
         self.last = Some((piece.mean, piece.length));
     }
 
-    /// The relative error of the length of a narrow piece with these slopes at its ends: the relative error of its slope,
-    /// largest where f turns.
+    /// The relative error of the length of a narrow piece: that of its slope, and hence largest where f turns, which it
+    /// does at an end of the segment only, so that the distance of the piece's values from there limits it too.
     #[inline]
-    fn stretch(&self, [start, end]: [T; 2]) -> T {
-        T::of(2.0) * self.reach / (self.reach + start.abs().min(end.abs()))
+    fn stretch(&self, piece: &KnotCrossing<T>) -> T {
+        let apart = |value: T| (value - self.ends[0]).abs().min((value - self.ends[1]).abs());
+        let knots = piece.values.into_iter().filter(|value| !self.ends.contains(value));
+        let near = knots.map(apart).fold(T::infinity(), T::min);
+        let slope = piece.slopes[0].abs().min(piece.slopes[1].abs());
+        T::of(2.0) * self.reach / (self.reach + near.max(slope))
     }
 
     /// Adds the effect of a shift of all cuts, at the segment's end, in the medium `end`. The displaced light is seen

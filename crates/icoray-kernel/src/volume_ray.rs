@@ -147,7 +147,7 @@ impl<'v, T: Real> VolumeRay<'v, T> {
                 let change = span.steepest * (f[1] - f[0]).abs();
                 let slopes = [segment.slope(at), segment.slope(next)];
                 let (length, is_narrow) = (part.length, span.is_narrow());
-                let crossing = KnotCrossing { value: f[0], slopes, length, mean, change, is_narrow };
+                let crossing = KnotCrossing { values: f, slopes, length, mean, change, is_narrow };
                 error_bound.cut(&mut self.light, before, crossing);
             }
             if is_last {
