@@ -191,7 +191,6 @@ fn monotone(
             end = vec2f(segment_solve(rest, knot), knot);
         }
         let to = lerp(from_, range.y, end.x);
-        let next = lerp(at, 1.0, end.x);
         if end.x > 0.0 {
             let before = (*light).alpha;
             let f = vec2f(rest.f0, end.y);
@@ -205,8 +204,7 @@ fn monotone(
             if !is_inside {
                 let mean = medium_sample_at(span, 0.5 * (f.x + f.y));
                 let change = span.steepest * abs(f.y - f.x);
-                let slopes = vec2f(segment_slope(segment, at), segment_slope(segment, next));
-                let cut = KnotCrossing(f, slopes, part.length, mean, change, span_is_narrow(span));
+                let cut = KnotCrossing(f, segment_slope(segment, at), part.length, mean, change, span_is_narrow(span));
                 roundoff_cut(&roundoff, light, before, cut);
             }
         }
@@ -221,7 +219,7 @@ fn monotone(
         }
         rest = segment_part(rest, end, vec2f(1.0, f1));
         from_ = to;
-        at = next;
+        at = lerp(at, 1.0, end.x);
         k = select(k - 1u, k + 1u, rising);
     }
     return k;

@@ -17,10 +17,9 @@ fn medium_sample_color_difference(a: MediumSample, b: MediumSample) -> f32 {
 }
 
 struct KnotCrossing {
-    // Values at its start, which is the cut, and at its end.
     values: vec2f,
-    // Slopes of the segment there.
-    slopes: vec2f,
+    // Slope of the segment at the cut.
+    slope: f32,
     length: f32,
     mean: MediumSample,
     change: f32,
@@ -50,19 +49,23 @@ fn roundoff_new(segment: Segment, start: MediumSample) -> Roundoff {
     return Roundoff(segment.length, ends, segment_reach(segment), steepest, flattest, start, -1.0, false, start, 0.0);
 }
 
+fn roundoff_rise(roundoff: ptr<function, Roundoff>) -> f32 {
+    return abs((*roundoff).ends.y - (*roundoff).ends.x);
+}
+
 fn roundoff_cut(roundoff: ptr<function, Roundoff>, light: ptr<function, Radiance>, alpha: f32, piece: KnotCrossing) {
     let unit = 2.0 * ROUNDING;
     let last_digit = unit * abs(piece.values.x);
-    let knot = (*roundoff).length * last_digit / max(last_digit + abs((*roundoff).ends.y - (*roundoff).ends.x), 1e-37);
+    let knot = (*roundoff).length * last_digit / max(last_digit + roundoff_rise(roundoff), 1e-37);
     let off = unit * piece.length + knot;
     if (*roundoff).has_last {
-        (*roundoff).flattest = min((*roundoff).flattest, abs(piece.slopes.x));
+        (*roundoff).flattest = min((*roundoff).flattest, abs(piece.slope));
         let nearer = unit * min((*roundoff).last_length, piece.length) + knot;
         roundoff_moved(light, alpha, nearer, (*roundoff).last, piece.mean);
     }
     var stretch = 0.0;
     if piece.is_narrow {
-        stretch = roundoff_stretch(roundoff, piece);
+        stretch = roundoff_stretch(roundoff, piece.values);
     }
     // A piece without length, which is possible in f32, cannot have its colours elsewhere.
     let part = min(stretch + off / max(piece.length, 1e-37), 1.0);
@@ -74,11 +77,11 @@ fn roundoff_cut(roundoff: ptr<function, Roundoff>, light: ptr<function, Radiance
     (*roundoff).last_length = piece.length;
 }
 
-fn roundoff_stretch(roundoff: ptr<function, Roundoff>, piece: KnotCrossing) -> f32 {
+fn roundoff_stretch(roundoff: ptr<function, Roundoff>, values: vec2f) -> f32 {
     let ends = (*roundoff).ends;
-    let near = min(roundoff_apart(piece.values.x, ends), roundoff_apart(piece.values.y, ends));
-    let slope = min(abs(piece.slopes.x), abs(piece.slopes.y));
-    return 2.0 * (*roundoff).reach / ((*roundoff).reach + max(near, slope));
+    let a = roundoff_apart(values.x, ends);
+    let b = roundoff_apart(values.y, ends);
+    return 2.0 * (*roundoff).reach / ((*roundoff).reach + min(a, b));
 }
 
 // Distance of a knot from the ends of its segment; the ends themselves are no knots.

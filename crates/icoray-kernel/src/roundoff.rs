@@ -36,8 +36,8 @@ impl<T: Real> MediumSample<T> {
 pub(super) struct KnotCrossing<T> {
     /// Values at its start, which is the cut, and at its end.
     pub values: [T; 2],
-    /// Slopes of the segment there.
-    pub slopes: [T; 2],
+    /// Slope of the segment at the cut.
+    pub slope: T,
     /// Its length, planet radii.
     pub length: T,
     /// Its medium at its middle.
@@ -88,14 +88,14 @@ impl<T: Real> Roundoff<T> {
         let knot = self.length * last_digit / (last_digit + self.rise());
         let off = unit * piece.length + knot;
         if let Some((last, length)) = self.last {
-            self.flattest = self.flattest.min(piece.slopes[0].abs());
+            self.flattest = self.flattest.min(piece.slope.abs());
             // A cut is found from the previous cut: the shorter adjacent piece bounds its error.
             let off = unit * length.min(piece.length) + knot;
             self.add_displacement(light, absorbed, off, [&last, &piece.mean]);
         }
         // A piece of the wrong length has its colours elsewhere; in a narrow span it is too long or too short by as
         // much as the segment is too flat or too steep there.
-        let stretch = if piece.is_narrow { self.stretch(&piece) } else { T::zero() };
+        let stretch = if piece.is_narrow { self.stretch(piece.values) } else { T::zero() };
         let part = (stretch + off / piece.length).min(T::one());
         let colors = (light.alpha - absorbed) * piece.change * part;
         let depth = ((T::one() - light.alpha) * piece.mean.extinction * piece.length * stretch).min(T::one());
@@ -103,15 +103,14 @@ impl<T: Real> Roundoff<T> {
         self.last = Some((piece.mean, piece.length));
     }
 
-    /// The relative error of the length of a narrow piece: that of its slope, and hence largest where f turns, which it
-    /// does at an end of the segment only, so that the distance of the piece's values from there limits it too.
+    /// The relative error of the length of a narrow piece between these values: largest if it ends at a knot near an
+    /// end of the segment, at which f turns and is flat.
     #[inline]
-    fn stretch(&self, piece: &KnotCrossing<T>) -> T {
+    fn stretch(&self, values: [T; 2]) -> T {
         let apart = |value: T| (value - self.ends[0]).abs().min((value - self.ends[1]).abs());
-        let knots = piece.values.into_iter().filter(|value| !self.ends.contains(value));
+        let knots = values.into_iter().filter(|value| !self.ends.contains(value));
         let near = knots.map(apart).fold(T::infinity(), T::min);
-        let slope = piece.slopes[0].abs().min(piece.slopes[1].abs());
-        T::of(2.0) * self.reach / (self.reach + near.max(slope))
+        T::of(2.0) * self.reach / (self.reach + near)
     }
 
     /// Adds the effect of a shift of all cuts, at the segment's end, in the medium `end`. The displaced light is seen

@@ -134,7 +134,6 @@ impl<'v, T: Real> VolumeRay<'v, T> {
             let is_last = if rising { f1 <= knot } else { f1 >= knot };
             let end = if is_last { (one, f1) } else { (rest.solve(knot), knot) };
             let to = lerp(from, range[1], end.0);
-            let next = lerp(at, one, end.0);
             if end.0 > zero {
                 let (before, f) = (self.light.alpha, [rest.f0, end.1]);
                 let part = if is_last { rest } else { rest.part((zero, f[0]), end) };
@@ -145,9 +144,8 @@ impl<'v, T: Real> VolumeRay<'v, T> {
                 self.piece(&part, k, interpolant, [from, to], reach);
                 let mean = MediumSample::at(span, T::of(0.5) * (f[0] + f[1]));
                 let change = span.steepest * (f[1] - f[0]).abs();
-                let slopes = [segment.slope(at), segment.slope(next)];
-                let (length, is_narrow) = (part.length, span.is_narrow());
-                let crossing = KnotCrossing { values: f, slopes, length, mean, change, is_narrow };
+                let (slope, length, is_narrow) = (segment.slope(at), part.length, span.is_narrow());
+                let crossing = KnotCrossing { values: f, slope, length, mean, change, is_narrow };
                 error_bound.cut(&mut self.light, before, crossing);
             }
             if is_last {
@@ -156,7 +154,7 @@ impl<'v, T: Real> VolumeRay<'v, T> {
             }
             error_bound.absorbed_before.get_or_insert(self.light.alpha);
             rest = rest.part(end, (one, f1));
-            (from, at) = (to, next);
+            (from, at) = (to, lerp(at, one, end.0));
             k = if rising { k + 1 } else { k - 1 };
         }
     }
