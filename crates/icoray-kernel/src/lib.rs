@@ -26,6 +26,7 @@ pub mod ground;
 mod leap;
 mod light;
 pub mod lit;
+mod number;
 pub mod owned_region;
 mod packet;
 pub mod piece;

@@ -3,6 +3,7 @@
 
 use super::column::Values;
 use super::light::{INDEPENDENT, LIT_DEVIATIONS};
+use super::number::Number;
 use super::piece::{ErrorBudget, Radiance, integrate};
 use super::segment::Segment;
 use super::shade::{ColorChange, MeanShade, RayShading};
@@ -55,21 +56,25 @@ pub struct LightSpread<T> {
     pub extent: T,
 }
 
-impl<T: Real> LightSpread<T> {
+impl<T: Number> LightSpread<T> {
+    /// The light of a piece of this length with this extinction at its ends, in whose extinction u(1 - u) has the
+    /// coefficient `bend`.
+    ///
     /// The light of a thin piece without bend is distributed like extinction, whose centre lies at a sixth of its
     /// relative change ρ from the middle. Light behind is weakened: to first order in the optical depth x this moves
     /// the centre forward by `x (5 - ρ²)/60`.
     #[inline(always)]
-    pub fn of(piece: &Segment<T>, span: &Span<T>) -> Self {
-        let (from, to) = (span.extinction(piece.f0), span.extinction(piece.f1));
-        let sum = from + to + T::min_positive_value();
-        let depth = T::of(0.5) * piece.length * sum;
-        let rise = (to - from) / sum;
-        let forward = depth.min(T::of(3.0)) * (T::of(5.0 / 60.0) - T::of(1.0 / 60.0) * rise * rise);
-        let bent = (span.extinction_slope * piece.kappa).abs() / sum;
-        let error_bound = (T::of(0.02) * depth * depth + T::of(0.2) * bent).min(T::of(0.5));
-        let extent = T::one() / depth.max(T::one());
-        LightSpread { centre: T::of(1.0 / 6.0) * rise - forward, second: T::of(1.0 / 12.0), error_bound, extent }
+    pub fn of([from, to]: [T; 2], length: T, bend: T) -> Self {
+        let number = |value: f64| length.like(value);
+        let sum = from + to + length.least();
+        let inverse = number(1.0) / sum;
+        let depth = length * sum * number(0.5);
+        let rise = (to - from) * inverse;
+        let forward = depth.min(number(3.0)) * (rise * rise).mul_add(number(-1.0 / 60.0), number(5.0 / 60.0));
+        let bent = bend.abs() * inverse;
+        let error_bound = (depth * depth * number(0.02) + bent * number(0.2)).min(number(0.5));
+        let extent = number(1.0) / depth.max(number(1.0));
+        LightSpread { centre: rise * number(1.0 / 6.0) - forward, second: number(1.0 / 12.0), error_bound, extent }
     }
 }
 
@@ -91,7 +96,9 @@ pub fn mean_shade<T: Real>(
     span: &Span<T>,
     gradients: &[[T; 3]; 3],
 ) -> MeanShade<T> {
-    let turn = NormalTurn::of(gradients, piece.eps, LightSpread::of(piece, span));
+    let ends = [span.extinction(piece.f0), span.extinction(piece.f1)];
+    let spread = LightSpread::of(ends, piece.length, span.extinction_slope * piece.kappa);
+    let turn = NormalTurn::of(gradients, piece.eps, spread);
     shading.mean(&turn, &ColorChange::of(piece, span))
 }
 

@@ -16,6 +16,7 @@
 //! = 14. Powers below 2 have a kink where n is across h, like the body; powers below 6 are not small there.
 
 use super::light::INDEPENDENT;
+use super::number::Number;
 use super::piece::Radiance;
 use super::turn::{NormalTurn, direction, dot};
 use glam::DVec3;
@@ -140,6 +141,116 @@ impl Shading {
     }
 }
 
+impl<T> ColorChange<T> {
+    /// This in other numbers.
+    #[inline(always)]
+    pub fn map<U>(self, number: impl Fn(T) -> U) -> ColorChange<U> {
+        let ColorChange { brightest, change, bend, eps } = self;
+        ColorChange { brightest: number(brightest), change: number(change), bend: number(bend), eps: number(eps) }
+    }
+}
+
+impl<T: Number> RayShading<T> {
+    /// The mean shade along a piece of a ray.
+    #[inline(always)]
+    pub fn mean(&self, turn: &NormalTurn<T>, color: &ColorChange<T>) -> MeanShade<T> {
+        let number = |value: f64| self.ambient.like(value);
+        let (body, tilt, dim) = self.mean_body(turn, color);
+        let (highlight, faint) = self.mean_highlight(turn);
+        let most = color.brightest * self.diffuse + self.specular;
+        // A mean cosine has an error of two last digits, and its power that times the exponent.
+        let rounded = (color.brightest * body).mul_add(number(4.0), highlight * self.sharpness * number(3.0));
+        let off = most.where_else(turn.is_wild, dim + faint);
+        let rounding = rounded * number(T::ROUNDING);
+        MeanShade { shade: Shade { body, highlight }, tilt, off, rounding, size: turn.size }
+    }
+
+    /// Factor for the colour, factor for the colour's change, and the error of both.
+    #[inline(always)]
+    fn mean_body(&self, turn: &NormalTurn<T>, color: &ColorChange<T>) -> (T, T, T) {
+        let number = |value: f64| self.ambient.like(value);
+        let [zero, half, one] = [0.0, 0.5, 1.0].map_inline(number);
+        let cosine = turn.cosine(&self.light);
+        let is_behind = zero.exceeds(cosine.mean);
+        let turned = |x: T| (zero - x).where_else(is_behind, x);
+        let (level, centre) = (cosine.mean.abs(), turn.spread.centre);
+        let (rise, bend, swing) = (turned(cosine.rise), cosine.bend.abs(), cosine.swing());
+        let unsure = turn.spread.error_bound;
+        let may_cross = swing * half + turn.angle2 * number(0.02) + turn.across - level;
+        let crosses = may_cross.exceeds(zero);
+        let mut body = level;
+        let mut tilt = rise * turn.variance() * self.diffuse;
+        let (mut at_kink, mut apart) = (zero, zero);
+        // The kink's position, and the part beyond it, as if n·l were linear.
+        let reach = rise.abs() * half;
+        let beyond = (reach - turned(cosine.even)).max(zero);
+        if T::is_any(crosses | beyond.exceeds(zero)) {
+            let part = beyond / (reach + reach + zero.least());
+            let forward = (zero - centre).where_else(zero.exceeds(rise), centre);
+            body = body + beyond * part * (one - forward * (number(6.0) - part * number(4.0)));
+            tilt = zero.where_else(crosses, tilt);
+            let bent = (bend + turn.across) * number(0.25)
+                + (unsure + centre * centre * number(0.3)) * swing
+                + turn.angle2 * number(0.05);
+            at_kink = (may_cross * half).min(bent).where_else(crosses, zero);
+            apart = number(0.1).where_else(crosses, zero);
+        }
+        // Rules beyond their validity must not leave the range of what they approximate.
+        let body = self.ambient + self.diffuse * body.max(zero).min(one);
+        let even = unsure * swing + turn.across + turn.along + at_kink;
+        let skewed = color.bend * (color.eps.abs() * number(0.015) + centre.abs() * number(0.1)) * swing;
+        let change = color.change * (bend * number(0.12) + (unsure + apart) * swing + turn.across) + skewed;
+        (body, tilt, (color.brightest * even + change).min(color.brightest) * self.diffuse)
+    }
+
+    /// The highlight and its error.
+    #[inline(always)]
+    fn mean_highlight(&self, turn: &NormalTurn<T>) -> (T, T) {
+        let number = |value: f64| self.ambient.like(value);
+        let [zero, half, one] = [0.0, 0.5, 1.0].map_inline(number);
+        let (s, cosine) = (self.shininess, turn.cosine(&self.halfway));
+        let level = cosine.mean.abs().min(one);
+        let (reach, swing) = (cosine.reach(), cosine.swing());
+        let variance = cosine.rise * cosine.rise * turn.variance() + cosine.bend * cosine.bend * number(1.0 / 45.0);
+        let inverse = one / (level * level).max(reach * reach).max(zero.least());
+        let bent = variance * inverse * (half * s * (s - one)) + one;
+        let power = level.power(s);
+        let highlight = (power * bent).max(zero).min(one);
+        // Angles in widths of the highlight.
+        let (x2, root) = (turn.angle2 * s, s.sqrt());
+        let x = turn.angle * root;
+        let nearest = (one - cosine.largest()).max(zero);
+        let y = (nearest * ((s - number(2.0)).max(zero) * number(0.85)) - x2 * number(0.1)).max(zero);
+        let near = (number(1.3) - y * number(1.0 / 12.0)).max(zero).min(one);
+        let near2 = near * near;
+        let near = near2 * near2;
+        let unsure = turn.spread.error_bound;
+        let centre = turn.spread.centre.abs() * x * number(0.03) + turn.bend_length * (root * number(0.008));
+        let turned = x2 * (x2 * number(1.0 / 700.0) + centre) + turn.along * s;
+        // The highlight's slope along the piece: at its mean normal and to second order, or the steepest.
+        let local = (power * swing / level.max(zero.least())).mul_add(s, unsure * x2 * half);
+        let slope = unsure * local.min(x * number(0.61)) + turn.across * (root * number(0.61));
+        let mut off = near * (turned + slope + unsure * x2 * number(0.25));
+        let is_blunt = number(6.0).exceeds(s);
+        if T::is_any(is_blunt) {
+            let across = (reach + turn.angle2 * number(0.02) + turn.across - level).max(zero);
+            let beside = reach * reach * reach * inverse * number(0.01);
+            let blunt = (across * half + beside).where_else(number(2.0).exceeds(s), across * reach);
+            off = off + blunt.where_else(is_blunt, zero);
+        }
+        (highlight * self.specular, off.min(one) * self.specular)
+    }
+
+    /// Standard deviation of the shade across a gradient of this size, mixed from gradients of size `mixed_of`: their
+    /// rounding turns a smaller mixed gradient more.
+    #[inline(always)]
+    pub fn deviation_of(&self, mixed_of: T, size: T) -> T {
+        let [rounded, turned] = self.deviations;
+        let turned = turned * (mixed_of / size.max(size.least())).max(size.like(1.0));
+        (rounded + turned).min(self.diffuse + self.specular)
+    }
+}
+
 impl<T: Real> RayShading<T> {
     /// Light on a surface across `gradient`, on either side of it; only ambient light without a gradient.
     #[inline(always)]
@@ -148,84 +259,6 @@ impl<T: Real> RayShading<T> {
         let body = self.ambient + self.diffuse * dot(&normal, &self.light).abs();
         let gleam = dot(&normal, &self.halfway).abs().min(T::one());
         Shade { body, highlight: self.specular * gleam.power(self.shininess) }
-    }
-
-    /// The mean shade along a piece of a ray.
-    #[inline(always)]
-    pub fn mean(&self, turn: &NormalTurn<T>, color: &ColorChange<T>) -> MeanShade<T> {
-        let (body, tilt, dim) = self.mean_body(turn, color);
-        let (highlight, faint) = self.mean_highlight(turn);
-        let most = color.brightest * self.diffuse + self.specular;
-        // A mean cosine has an error of two last digits, and its power that times the exponent.
-        let rounded = T::of(4.0) * color.brightest * body + T::of(3.0) * self.sharpness * highlight;
-        let off = if turn.is_wild { most } else { dim + faint };
-        let rounding = T::of(T::ROUNDING) * rounded;
-        MeanShade { shade: Shade { body, highlight }, tilt, off, rounding, size: turn.size }
-    }
-
-    /// Factor for the colour, factor for the colour's change, and the error of both.
-    #[inline(always)]
-    fn mean_body(&self, turn: &NormalTurn<T>, color: &ColorChange<T>) -> (T, T, T) {
-        let (zero, half) = (T::zero(), T::of(0.5));
-        let cosine = turn.cosine(&self.light);
-        let sign = if cosine.mean < zero { -T::one() } else { T::one() };
-        let (level, centre) = (cosine.mean.abs(), turn.spread.centre);
-        let may_cross = half * cosine.swing() + T::of(0.02) * turn.angle2 + turn.across - level;
-        let crosses = may_cross > zero;
-        // The kink's position, and the part beyond it, as if n·l were linear.
-        let reach = half * cosine.rise.abs();
-        let beyond = (reach - sign * cosine.even).max(zero);
-        let part = beyond / (reach + reach + T::min_positive_value());
-        let forward = if sign * cosine.rise < zero { -centre } else { centre };
-        let kink = beyond * part * (T::one() - forward * (T::of(6.0) - T::of(4.0) * part));
-        // Rules beyond their validity must not leave the range of what they approximate.
-        let body = self.ambient + self.diffuse * (level + kink).max(zero).min(T::one());
-        let tilt = if crosses { zero } else { sign * cosine.rise * turn.variance() * self.diffuse };
-        let (bend, swing) = (cosine.bend.abs(), cosine.swing());
-        let unsure = turn.spread.error_bound;
-        let at_kink = T::of(0.25) * (bend + turn.across)
-            + (unsure + T::of(0.3) * centre * centre) * swing
-            + T::of(0.05) * turn.angle2;
-        let (at_kink, apart) = if crosses { ((half * may_cross).min(at_kink), T::of(0.1)) } else { (zero, zero) };
-        let even = unsure * swing + turn.across + turn.along + at_kink;
-        let skewed = color.bend * (T::of(0.015) * color.eps.abs() + T::of(0.1) * centre.abs()) * swing;
-        let change = color.change * (T::of(0.12) * bend + (unsure + apart) * swing + turn.across) + skewed;
-        (body, tilt, self.diffuse * (color.brightest * even + change).min(color.brightest))
-    }
-
-    /// The highlight and its error.
-    #[inline(always)]
-    fn mean_highlight(&self, turn: &NormalTurn<T>) -> (T, T) {
-        let (zero, one, two) = (T::zero(), T::one(), T::of(2.0));
-        let (s, cosine) = (self.shininess, turn.cosine(&self.halfway));
-        let level = cosine.mean.abs().min(one);
-        let reach = cosine.reach();
-        let variance = cosine.rise * cosine.rise * turn.variance() + cosine.bend * cosine.bend * T::of(1.0 / 45.0);
-        let inverse = one / (level * level).max(reach * reach).max(T::min_positive_value());
-        let bent = one + T::of(0.5) * s * (s - one) * variance * inverse;
-        let power = level.power(s);
-        let highlight = (power * bent).max(zero).min(one);
-        // Angles in widths of the highlight.
-        let (x2, root) = (s * turn.angle2, s.sqrt());
-        let x = root * turn.angle;
-        let nearest = (one - cosine.largest()).max(zero);
-        let y = (T::of(0.85) * (s - two).max(zero) * nearest - T::of(0.1) * x2).max(zero);
-        let near = (T::of(1.3) - T::of(1.0 / 12.0) * y).max(zero).min(one);
-        let near2 = near * near;
-        let near = near2 * near2;
-        let centre = T::of(0.03) * turn.spread.centre.abs() * x + T::of(0.008) * root * turn.bend_length;
-        let turned = x2 * (T::of(1.0 / 700.0) * x2 + centre) + s * turn.along;
-        let bound = turn.spread.error_bound;
-        // The highlight's slope along the piece: at its mean normal and to second order, or the steepest.
-        let local = s * power / level.max(T::min_positive_value()) * cosine.swing() + T::of(0.5) * bound * x2;
-        let slope = bound * local.min(T::of(0.61) * x) + T::of(0.61) * root * turn.across;
-        let unsure = T::of(0.25) * bound * x2;
-        let across = (reach + T::of(0.02) * turn.angle2 + turn.across - level).max(zero);
-        let beside = T::of(0.01) * reach * reach * reach * inverse;
-        let blunt = if s < two { T::of(0.5) * across + beside } else { across * reach };
-        let blunt = if s < T::of(6.0) { blunt } else { zero };
-        let off = (near * (turned + slope + unsure) + blunt).min(one);
-        (self.specular * highlight, self.specular * off)
     }
 
     /// `light` with the shade `mean`; its colour changes by `change` from start to end. The shade's own deviation
@@ -242,15 +275,6 @@ impl<T: Real> RayShading<T> {
         light.variance = light.variance * scale * scale + deviation * deviation;
         light.shade_variance = light.shade_variance + off * off;
         light
-    }
-
-    /// Standard deviation of the shade across a gradient of this size, mixed from gradients of size `mixed_of`: their
-    /// rounding turns a smaller mixed gradient more.
-    #[inline]
-    pub fn deviation_of(&self, mixed_of: T, size: T) -> T {
-        let [rounded, turned] = self.deviations;
-        let turned = turned * (mixed_of / size.max(T::min_positive_value())).max(T::one());
-        (rounded + turned).min(self.diffuse + self.specular)
     }
 
     /// Light on an opaque surface with the outward normal `normal`, on its outer side only.

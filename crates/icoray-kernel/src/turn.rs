@@ -20,12 +20,12 @@
 //! to 3 rad is farther off (`lit/tests.rs`).
 
 use crate::lit::LightSpread;
+use crate::number::Number;
 use icoray_grid::array::MapInline;
-use icoray_grid::real::Real;
 
 /// The normal along a piece.
-#[derive(Debug, Clone, Copy)]
-pub struct NormalTurn<T> {
+#[derive(Clone, Copy)]
+pub struct NormalTurn<T: Number> {
     /// Mean of the normals of a piece whose light is spread evenly.
     pub mean: [T; 3],
     /// Normal at the end minus normal at the start.
@@ -47,7 +47,7 @@ pub struct NormalTurn<T> {
     /// The centre of the light and its uncertainty.
     pub spread: LightSpread<T>,
     /// Whether the normal turns too far, or is missing without a substitute.
-    pub is_wild: bool,
+    pub is_wild: T::Mask,
 }
 
 /// Components along one direction.
@@ -63,55 +63,82 @@ pub struct Cosine<T> {
     pub bend: T,
 }
 
-impl<T: Real> NormalTurn<T> {
+/// The unit vector of a gradient, its squared length, and whether it has a direction; zero without one.
+struct Normal<T: Number> {
+    unit: [T; 3],
+    length2: T,
+    is_there: T::Mask,
+}
+
+impl<T: Number> Normal<T> {
+    /// The normal of a scaled gradient, which has none if it is shorter than 1e-15 or NaN.
+    #[inline(always)]
+    fn of(gradient: &[T; 3]) -> Self {
+        let length2 = dot(gradient, gradient);
+        let [zero, one, least] = [0.0, 1.0, 1e-30].map_inline(|x| length2.like(x));
+        let is_there = length2.exceeds(least);
+        let factor = one / length2.where_else(is_there, one).sqrt();
+        Normal { unit: gradient.map_inline(|x| (x * factor).where_else(is_there, zero)), length2, is_there }
+    }
+}
+
+impl<T: Number> NormalTurn<T> {
     /// The turn between the gradients at start, middle and end of a piece with this relative change of height.
     ///
     /// A gradient that vanishes at one end has a limit of its direction there, which follows from the other two. If all
     /// three vanish there is no normal, and no turn.
     #[inline(always)]
     pub fn of(gradients: &[[T; 3]; 3], eps: T, spread: LightSpread<T>) -> Self {
-        let (zero, one, two) = (T::zero(), T::one(), T::of(2.0));
+        let number = |value: f64| eps.like(value);
         let ([a, m, b], largest) = scaled(gradients);
-        let ((na, a2), (nm, m2), (nb, b2)) = (normal(&a), normal(&m), normal(&b));
-        let [has_a, has_m, has_b] = [a2, m2, b2].map_inline(is_there);
-        let is_at_start = !has_a & has_m & has_b;
-        let is_at_end = has_a & has_m & !has_b;
-        let mirrored = |is_missing: bool, n: [T; 3], other: &[T; 3]| -> [T; 3] {
-            let at = |k: usize| if is_missing { nm[k] + nm[k] - other[k] } else { n[k] };
-            [at(0), at(1), at(2)]
-        };
-        let (na, nb) = (mirrored(is_at_start, na, &nb), mirrored(is_at_end, nb, &na));
-        let rise = [nb[0] - na[0], nb[1] - na[1], nb[2] - na[2]];
-        let second = |a: &[T; 3], m: &[T; 3], b: &[T; 3], k: usize| (a[k] - m[k]) + (b[k] - m[k]);
-        let bend = [0, 1, 2].map_inline(|k| second(&na, &nm, &nb, k));
-        let mean = [0, 1, 2].map_inline(|k| nm[k] + bend[k] * two * spread.second);
+        let [start, middle, end] = [Normal::of(&a), Normal::of(&m), Normal::of(&b)];
+        let (mut na, nm, mut nb) = (start.unit, middle.unit, end.unit);
+        let mut least = start.length2.min(middle.length2).min(end.length2);
+        let [has_a, has_m, has_b] = [start.is_there, middle.is_there, end.is_there];
+        let has_gap = !(has_a & has_m & has_b);
+        let (mut is_missing_at_end, mut is_missing) = (has_gap, has_gap);
+        if T::is_any(has_gap) {
+            let (is_at_start, is_at_end) = (!has_a & has_m & has_b, has_a & has_m & !has_b);
+            for k in 0..3 {
+                na[k] = (nm[k] + nm[k] - end.unit[k]).where_else(is_at_start, na[k]);
+                nb[k] = (nm[k] + nm[k] - start.unit[k]).where_else(is_at_end, nb[k]);
+            }
+            let present = |normal: &Normal<T>| normal.length2.where_else(normal.is_there, number(f32::MAX.into()));
+            least = present(&start).min(present(&middle)).min(present(&end));
+            is_missing_at_end = is_at_start | is_at_end;
+            is_missing = !(has_a | has_m | has_b);
+        }
+        let rise = [0, 1, 2].map_inline(|k: usize| nb[k] - na[k]);
+        let second = |[a, m, b]: [&[T; 3]; 3], k: usize| (a[k] - m[k]) + (b[k] - m[k]);
+        let bend = [0, 1, 2].map_inline(|k| second([&na, &nm, &nb], k));
+        let twice = spread.second + spread.second;
+        let mean = [0, 1, 2].map_inline(|k: usize| bend[k].mul_add(twice, nm[k]));
         let (rise2, bend2) = (dot(&rise, &rise), dot(&bend, &bend));
-        let angle2 = rise2 + bend2 + two * dot(&rise, &bend).abs();
+        let angle2 = rise2 + bend2 + dot(&rise, &bend).abs() * number(2.0);
         let (angle, bend_length) = (angle2.sqrt(), bend2.sqrt());
-        let present = |is_there: bool, x: T| if is_there { x } else { T::max_value() };
-        let least = present(has_a, a2).min(present(has_m, m2)).min(present(has_b, b2));
-        let bulged = [0, 1, 2].map_inline(|k| second(&a, &m, &b, k));
+        let bulged = [0, 1, 2].map_inline(|k| second([&a, &m, &b], k));
         // NaN becomes a large value.
-        let bulge = (dot(&bulged, &bulged) / least).sqrt().min(T::of(4.0));
-        let part = bend2 / (rise2 + bend2 + T::min_positive_value());
-        let uneven = ((T::of(0.5) + T::of(4.0) * part) * part).min(T::of(0.6)) + T::of(0.03) * eps * eps;
-        let lost = if is_at_start | is_at_end { T::of(0.2) * angle } else { zero };
+        let bulge = (dot(&bulged, &bulged) / least).sqrt().min_or(number(4.0));
+        let bulge = number(0.0).where_else(is_missing, bulge);
+        let part = bend2 / (rise2 + bend2 + eps.least());
+        let uneven = (part.mul_add(number(4.0), number(0.5)) * part).min(number(0.6));
+        let uneven = (eps * eps).mul_add(number(0.03), uneven);
+        let lost = (angle * number(0.2)).where_else(is_missing_at_end, number(0.0));
         let centre = spread.centre.abs();
-        let bulging = T::of(0.2) * angle * (centre + bulge) + T::of(0.6) * bulge * bulge;
-        let along = T::of(1.0 / 400.0) * angle2 + T::of(1.0 / 30.0) * centre * angle + T::of(0.03) * bulge;
-        let has_gap = (has_a | has_m | has_b) & !(has_a & has_m & has_b);
+        let bulging = (angle * number(0.2)).mul_add(centre + bulge, bulge * bulge * number(0.6));
+        let along = (centre * angle).mul_add(number(1.0 / 30.0), bulge * number(0.03));
         NormalTurn {
             mean,
             rise,
             bend,
-            size: a.iter().fold(spread.extent, |most, x| most.max(x.abs())) * largest,
+            size: a[0].abs().max(a[1].abs()).max(a[2].abs()).max(spread.extent) * largest,
             angle,
             angle2,
             bend_length,
-            across: uneven * bend_length + bulge * bulging + lost,
-            along: angle2 * along,
+            across: uneven.mul_add(bend_length, bulge.mul_add(bulging, lost)),
+            along: angle2 * angle2.mul_add(number(1.0 / 400.0), along),
             spread,
-            is_wild: (angle2 > one + one + two) | (has_gap & !(is_at_start | is_at_end)),
+            is_wild: angle2.exceeds(number(4.0)) | (has_gap & !is_missing_at_end & !is_missing),
         }
     }
 
@@ -119,30 +146,31 @@ impl<T: Real> NormalTurn<T> {
     #[inline(always)]
     pub fn cosine(&self, direction: &[T; 3]) -> Cosine<T> {
         let [even, rise, bend] = [&self.mean, &self.rise, &self.bend].map_inline(|n| dot(n, direction));
-        Cosine { even, mean: even + self.spread.centre * rise, rise, bend }
+        Cosine { even, mean: self.spread.centre.mul_add(rise, even), rise, bend }
     }
 
     /// The ratio of the variance over the piece's light to the square of a difference between the ends.
     #[inline(always)]
     pub fn variance(&self) -> T {
-        (self.spread.second - self.spread.centre * self.spread.centre).max(T::zero())
+        let centre = self.spread.centre;
+        (self.spread.second - centre * centre).max(centre.like(0.0))
     }
 }
 
-impl<T: Real> Cosine<T> {
+impl<T: Number> Cosine<T> {
     /// Largest of the absolute values at the start, the middle and the end.
     #[inline(always)]
     pub fn largest(&self) -> T {
-        let (third, half) = (T::of(1.0 / 3.0), T::of(0.5));
-        let middle = self.even - T::of(1.0 / 6.0) * self.bend;
-        let end = (self.even + third * self.bend).abs() + half * self.rise.abs();
+        let number = |value: f64| self.even.like(value);
+        let middle = self.even - self.bend * number(1.0 / 6.0);
+        let end = (self.even + self.bend * number(1.0 / 3.0)).abs() + self.rise.abs() * number(0.5);
         end.max(middle.abs())
     }
 
     /// The largest difference of values along the piece from the mean.
     #[inline(always)]
     pub fn reach(&self) -> T {
-        T::of(0.5) * self.swing()
+        self.swing() * self.even.like(0.5)
     }
 
     /// The largest difference of two values along the piece.
@@ -154,45 +182,28 @@ impl<T: Real> Cosine<T> {
 
 /// Unit vector of a gradient of any size; zero if it vanishes.
 #[inline(always)]
-pub fn direction<T: Real>(gradient: &[T; 3]) -> [T; 3] {
+pub fn direction<T: Number>(gradient: &[T; 3]) -> [T; 3] {
     let ([x], _) = scaled(&[*gradient]);
-    let (normal, _) = normal(&x);
-    normal
+    Normal::of(&x).unit
 }
 
-/// Gradients divided by the largest component of all, and that; zero where it is infinite. The square of a gradient of
-/// 1e30 is no f32.
+/// Gradients divided by the largest component of all, and that; without direction if it is infinite. The square of a
+/// gradient of 1e30 is no f32.
 #[inline(always)]
-fn scaled<T: Real, const N: usize>(gradients: &[[T; 3]; N]) -> ([[T; 3]; N], T) {
-    let mut largest = T::min_positive_value();
+fn scaled<T: Number, const N: usize>(gradients: &[[T; 3]; N]) -> ([[T; 3]; N], T) {
+    let mut largest = gradients[0][0].least();
     for [x, y, z] in gradients {
         largest = largest.max(x.abs()).max(y.abs()).max(z.abs());
     }
-    let is_usual = largest < T::infinity();
-    let scale = T::one() / largest;
+    let scale = largest.like(1.0) / largest;
     let mut scaled = *gradients;
     for gradient in &mut scaled {
-        *gradient = gradient.map_inline(|x| if is_usual { x * scale } else { T::zero() });
+        *gradient = gradient.map_inline(|x| x * scale);
     }
     (scaled, largest)
 }
 
-/// The unit vector of a scaled gradient, and its squared length; zero where it is less than 1e-15.
 #[inline(always)]
-fn normal<T: Real>(gradient: &[T; 3]) -> ([T; 3], T) {
-    let length2 = dot(gradient, gradient);
-    let is_there = is_there(length2);
-    let factor = T::one() / (if is_there { length2 } else { T::one() }).sqrt();
-    (gradient.map_inline(|x| if is_there { x * factor } else { T::zero() }), length2)
-}
-
-/// Whether a scaled gradient of this squared length has a direction; a NaN has none.
-#[inline(always)]
-fn is_there<T: Real>(length2: T) -> bool {
-    length2 > T::of(1e-30)
-}
-
-#[inline(always)]
-pub(crate) fn dot<T: Real>(a: &[T; 3], b: &[T; 3]) -> T {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+pub(crate) fn dot<T: Number>(a: &[T; 3], b: &[T; 3]) -> T {
+    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }

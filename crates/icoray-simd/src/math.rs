@@ -54,6 +54,6 @@ pub fn exp2<V: Simd>(simd: V, x: Floats<V>) -> Floats<V> {
 
 /// `x^y` for `0 <= x <= 1` and `y >= 0`.
 #[inline(always)]
-pub fn power<V: Simd>(simd: V, x: Floats<V>, y: f32) -> Floats<V> {
+pub fn power<V: Simd>(simd: V, x: Floats<V>, y: Floats<V>) -> Floats<V> {
     exp2(simd, log2(simd, x) * y)
 }

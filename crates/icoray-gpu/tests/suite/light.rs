@@ -258,7 +258,10 @@ fn gradients_along_interpolants_and_the_centre_of_light() {
         for k in 0..3 {
             assert!(ulps(got[k], expected[k], size) <= 4.0, "{interpolant:?} {u}: {got:?}, expected {expected:?}");
         }
-        let LightSpread { centre, error_bound, .. } = LightSpread::of(&segment(piece), &span);
+        let part = segment(piece);
+        let ends = [span.extinction(part.f0), span.extinction(part.f1)];
+        let LightSpread { centre, error_bound, .. } =
+            LightSpread::of(ends, part.length, span.extinction_slope * part.kappa);
         let what = format!("{piece:?} {span:?}: {got:?}, expected {centre} {error_bound}");
         assert!(ulps(got[3], centre, 0.1) <= 4.0 && ulps(got[4], error_bound, 0.0) <= 8.0, "{what}");
     }

@@ -10,7 +10,7 @@
 //! The work is bounded by [`may_halve`], and rounding errors of values are not halved. The error of the remaining
 //! panels is reported.
 
-use super::mean_color::{MeanColor, Mixture, Panel};
+use super::mean_color::{MeanColor, Nodes, Panel};
 use super::source::TransferMap;
 use crate::light::{COLOR_PART, INDEPENDENT};
 use crate::lit::{LightSpread, is_affordable, may_halve};
@@ -143,6 +143,15 @@ struct LitNode {
     gradient: [f64; 3],
 }
 
+/// The media at a place.
+#[derive(Debug, Clone, Copy, Default)]
+struct Mixture {
+    /// Extinction per planet radius, and its slope along the frustum, from 0 to 1.
+    rate: [f64; 2],
+    /// Colour times extinction, and its slope.
+    color: [[f64; 3]; 2],
+}
+
 impl Mixture {
     /// Adds a medium with this colour and its slope.
     #[inline]
@@ -254,17 +263,19 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
         node
     }
 
-    /// The mean colour of the light that a panel absorbs.
+    /// The panel between these places.
     #[inline]
-    fn panel<'n>(&self, nodes: &'n [Node; 3]) -> Panel<'n> {
-        let [first, _, last] = nodes;
+    fn panel(&self, nodes: &[Node; 3]) -> Panel<f64> {
+        let [first, middle, last] = nodes;
         let width = last.u - first.u;
         // All fields have the path's length and change of height.
         let Segment { eps, length, .. } = self.parts[0].segments[1];
+        let at = nodes.each_ref().map_inline(|node| &node.mixture);
         Panel {
-            at: nodes.each_ref().map_inline(|node| &node.mixture),
-            depth: nodes.each_ref().map_inline(|node| node.depth - first.depth),
-            width,
+            rate: over(width, at.map_inline(|place| place.rate)),
+            color: [0, 1, 2].map_inline(|k| over(width, at.map_inline(|place| place.color.map_inline(|of| of[k])))),
+            depth: last.depth - first.depth,
+            through: [middle, last].map_inline(|node| (first.depth - node.depth).exp()),
             length: length * width,
             eps: eps * width / (1.0 + eps * first.u),
         }
@@ -288,8 +299,8 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
     fn shade(&self, lit: &[LitNode], nodes: &mut [Node; 3], absorbed: f64) -> ShadeError {
         let Some(shading) = self.shading else { return ShadeError::default() };
         let panel = self.panel(nodes);
-        let (growth, fading) = (panel.growth(), panel.fading());
-        let seen = panel.length * fading.nodes(panel.at.map_inline(|place| place.rate)).mean();
+        let growth = panel.growth();
+        let seen = panel.length * panel.faded(&panel.rate).mean();
         let unseen = (seen / absorbed - 1.0).abs();
         let (mut of, mut sum) = (ShadeError::default(), 0.0);
         for node in nodes.iter_mut() {
@@ -297,7 +308,8 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
         }
         for (k, part) in self.parts.iter().enumerate() {
             let parts = nodes.each_ref().map_inline(|node| &lit[node.lit + k]);
-            let absorbs = fading.nodes(parts.map_inline(|part| [part.medium.extinction, part.medium.thickening]));
+            let rate = parts.map_inline(|part| [part.medium.extinction, part.medium.thickening]);
+            let absorbs = panel.faded(&over(nodes[2].u - nodes[0].u, rate));
             let spread = absorbs.spread(growth, unseen);
             let MeanShade { shade, tilt, off, rounding, size } = part.mean_shade(shading, parts, spread);
             let rise = [0, 1, 2].map_inline(|k| parts[2].medium.color[k] - parts[0].medium.color[k]);
@@ -306,7 +318,7 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
                 node.mixture.add(medium, [[0, 1, 2].map_inline(lit), medium.tint.map_inline(|c| c * shade.body)]);
             }
             // The three places may miss dense media entirely.
-            let share = simpson(absorbs.values) + f64::MIN_POSITIVE;
+            let share = absorbs.simpson() + f64::MIN_POSITIVE;
             of.off += share * off;
             of.rounding += share * rounding;
             of.deviation += share * shading.deviation_of(part.gradient_size, size);
@@ -330,10 +342,10 @@ impl MediumPiece<'_> {
     }
 }
 
-/// Simpson's mean.
+/// A function on a panel that is this part of the frustum, from values and slopes along the frustum at three places.
 #[inline]
-fn simpson([a, m, b]: [f64; 3]) -> f64 {
-    (a + 4.0 * m + b) / 6.0
+fn over(width: f64, [start, middle, end]: [[f64; 2]; 3]) -> Nodes<f64> {
+    Nodes { values: [start[0], middle[0], end[0]], slopes: [start[1], end[1]].map_inline(|slope| width * slope) }
 }
 
 #[cfg(test)]

@@ -19,194 +19,189 @@
 //! the fourth degree, and its mean square, exact to the fifth. Of a5 the centre misses 4/105.
 
 use crate::lit::LightSpread;
+use crate::number::Number;
 use icoray_grid::array::MapInline;
 
-/// The media at a place of a panel.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Mixture {
-    /// Extinction per planet radius, and its slope along the frustum, from 0 to 1.
-    pub rate: [f64; 2],
-    /// Colour times extinction, and its slope.
-    pub color: [[f64; 3]; 2],
+/// A function at the start, in the middle and at the end of a panel, and its slopes over the panel at the ends.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Nodes<T> {
+    pub values: [T; 3],
+    pub slopes: [T; 2],
 }
 
-impl Mixture {
-    /// Colour, and its slope. Without absorption the colour is that of the medium that begins to absorb there; `None`
-    /// if there is none.
-    #[inline]
-    fn own_color(&self) -> Option<[[f64; 3]; 2]> {
-        let ([rate, rise], [color, tint]) = (self.rate, self.color);
-        if rate > 0.0 {
-            let own = color.map_inline(|c| c / rate);
-            return Some([own, [0, 1, 2].map_inline(|k| (tint[k] - own[k] * rise) / rate)]);
-        }
-        (rise != 0.0).then(|| [tint.map_inline(|c| c / rise), [0.0; 3]])
-    }
-}
-
-/// A panel of a frustum, with the media at its start, middle and end.
+/// A panel of a frustum, with its media.
 #[derive(Debug)]
-pub(super) struct Panel<'n> {
-    pub at: [&'n Mixture; 3],
-    /// Optical depth from the start to each place.
-    pub depth: [f64; 3],
-    /// Its fraction of the frustum.
-    pub width: f64,
+pub(crate) struct Panel<T> {
+    /// Extinction per planet radius.
+    pub rate: Nodes<T>,
+    /// Colour times extinction.
+    pub color: [Nodes<T>; 3],
+    /// Optical depth.
+    pub depth: T,
+    /// Transmittance from the start to the middle and to the end.
+    pub through: [T; 2],
     /// Its length, planet radii.
-    pub length: f64,
+    pub length: T,
     /// Relative change of height along it.
-    pub eps: f64,
+    pub eps: T,
 }
 
-impl Panel<'_> {
+impl<T: Number> Panel<T> {
     /// Factors by which coefficients two to four degrees higher come.
-    #[inline]
-    pub fn growth(&self) -> [f64; 3] {
-        let Panel { at, depth, length, eps, .. } = *self;
-        let [s0, s1, s2] = at.map_inline(|place| place.rate[0]);
-        let straight = 0.5 * depth[2];
-        let tilt = 0.25 * length * (s1 - s0).abs().max((s2 - s1).abs());
-        let uneven = eps / (2.0 + eps);
-        let bent = length * (s0 - 2.0 * s1 + s2).abs() / 12.0;
-        let e2 = 0.2 * straight * straight + tilt + 3.0 * uneven * uneven;
-        let e3 = bent + e2 * e2.sqrt();
-        let e4 = bent * (0.5 * straight + 2.0 * uneven.abs()) + e2 * e2;
-        [e2, e3, e4]
+    #[inline(always)]
+    pub fn growth(&self) -> [T; 3] {
+        let Panel { depth, length, eps, .. } = *self;
+        let number = |value: f64| eps.like(value);
+        let [s0, s1, s2] = self.rate.values;
+        let tilt = length * number(0.25) * (s1 - s0).abs().max((s2 - s1).abs());
+        let uneven = (eps / (eps + number(2.0))).abs();
+        let bent = length * (s0 - s1 - s1 + s2).abs() * number(1.0 / 12.0);
+        let e2 = (depth * depth).mul_add(number(0.05), tilt) + uneven * uneven * number(3.0);
+        let e4 = e2.mul_add(e2, bent * depth.mul_add(number(0.25), uneven + uneven));
+        [e2, e2.mul_add(e2.sqrt(), bent), e4]
     }
 
-    /// How light fades along it.
-    #[inline]
-    pub fn fading(&self) -> Fading {
-        let Panel { at, depth, width, length, .. } = *self;
-        let through = depth.map_inline(|depth| (-depth).exp());
-        Fading { through, rates: [at[0], at[2]].map_inline(|place| length * place.rate[0]), width }
-    }
-}
-
-/// The light that passes a panel.
-pub(super) struct Fading {
-    /// Transmittance from the start to each place.
-    through: [f64; 3],
-    /// Extinction of all media at the start and end, times the length.
-    rates: [f64; 2],
-    width: f64,
-}
-
-impl Fading {
-    /// A function with these values and slopes along the frustum at the three places, weighted by the transmittance.
-    #[inline]
-    pub fn nodes(&self, of: [[f64; 2]; 3]) -> Nodes {
-        let Fading { through, rates, width } = *self;
-        let slope = |end: usize| (width * of[2 * end][1] - rates[end] * of[2 * end][0]) * through[2 * end];
-        Nodes { values: [0, 1, 2].map_inline(|i| of[i][0] * through[i]), slopes: [slope(0), slope(1)] }
+    /// A function on the panel, weighted by the transmittance.
+    #[inline(always)]
+    pub fn faded(&self, of: &Nodes<T>) -> Nodes<T> {
+        let ([a, m, b], [first, last]) = (of.values, self.through);
+        let fades = |end: usize| of.slopes[end] - self.length * self.rate.values[2 * end] * of.values[2 * end];
+        Nodes { values: [a, m * first, b * last], slopes: [fades(0), fades(1) * last] }
     }
 }
 
 /// The mean colour of the light that a panel absorbs.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct MeanColor {
-    pub color: [f64; 3],
+pub(crate) struct MeanColor<T> {
+    pub color: [T; 3],
     /// Its error.
-    pub off: f64,
+    pub off: T,
     /// Difference of the colours within the panel.
-    pub spread: f64,
+    pub spread: T,
 }
 
-/// A function at the three places, and its slopes over the panel at the ends.
-#[derive(Clone, Copy)]
-pub(super) struct Nodes {
-    pub values: [f64; 3],
-    slopes: [f64; 2],
-}
-
-impl Nodes {
+impl<T: Number> Nodes<T> {
     /// Its mean, exact to the fifth degree.
-    #[inline]
-    pub fn mean(&self) -> f64 {
+    #[inline(always)]
+    pub fn mean(&self) -> T {
         let [a, m, b] = self.values;
-        (7.0 * (a + b) + 16.0 * m) / 30.0 + (self.slopes[0] - self.slopes[1]) / 60.0
+        let ends = (a + b).mul_add(a.like(7.0 / 30.0), m * a.like(16.0 / 30.0));
+        (self.slopes[0] - self.slopes[1]).mul_add(a.like(1.0 / 60.0), ends)
+    }
+
+    /// Simpson's mean.
+    #[inline(always)]
+    pub fn simpson(&self) -> T {
+        let [a, m, b] = self.values;
+        (m.mul_add(a.like(4.0), a) + b) * a.like(1.0 / 6.0)
     }
 
     /// The distribution of light that is absorbed like this on a panel of this [growth](Panel::growth); `unseen` is the
     /// relative error of the mean absorption of all media.
-    #[inline]
-    pub fn spread(&self, [e2, e3, e4]: [f64; 3], unseen: f64) -> LightSpread<f64> {
+    #[inline(always)]
+    pub fn spread(&self, [e2, e3, e4]: [T; 3], unseen: T) -> LightSpread<T> {
+        let number = |value: f64| unseen.like(value);
         let ([a, m, b], [from, to]) = (self.values, self.slopes);
-        let inverse = 1.0 / self.mean().max(f64::MIN_POSITIVE);
-        let first = (b - a) / 10.0 - (from + to) / 120.0;
-        let second = m * 2.0 / 105.0 + (a + b) * 9.0 / 280.0 + (from - to) / 560.0;
+        let inverse = number(1.0) / self.mean().max(unseen.least());
+        let first = (b - a).mul_add(number(0.1), (from + to) * number(-1.0 / 120.0));
+        let second = m.mul_add(number(2.0 / 105.0), (a + b) * number(9.0 / 280.0)) + (from - to) * number(1.0 / 560.0);
         let [a1, a2, a3, a4] = self.coefficients();
-        let missed = e2 * (a4 + a3 + m * e3) + a2 * e3 + a1 * e4;
-        let error_bound = (3.0 * 4.0 / 105.0 * missed + 0.02 * (a - 2.0 * m + b).abs()) * inverse + 0.5 * unseen;
+        let missed = e2 * m.mul_add(e3, a4 + a3) + a2 * e3 + a1 * e4;
+        let bent = (a - m - m + b).abs();
+        let missed = missed.mul_add(number(12.0 / 105.0), bent * number(0.02));
         LightSpread {
-            centre: (first * inverse).clamp(-0.5, 0.5),
-            second: (second * inverse).clamp(0.0, 0.25),
-            error_bound: error_bound.min(0.5),
-            extent: 1.0,
+            centre: (first * inverse).max(number(-0.5)).min(number(0.5)),
+            second: (second * inverse).max(number(0.0)).min(number(0.25)),
+            error_bound: missed.mul_add(inverse, unseen * number(0.5)).min(number(0.5)),
+            extent: number(1.0),
         }
     }
 
-    #[inline]
-    fn less(&self, factor: f64, other: &Self) -> Self {
+    #[inline(always)]
+    fn less(&self, factor: T, other: &Self) -> Self {
         Nodes {
-            values: [0, 1, 2].map_inline(|i| self.values[i] - factor * other.values[i]),
-            slopes: [0, 1].map_inline(|i| self.slopes[i] - factor * other.slopes[i]),
+            values: [0, 1, 2].map_inline(|i: usize| self.values[i] - factor * other.values[i]),
+            slopes: [0, 1].map_inline(|i: usize| self.slopes[i] - factor * other.slopes[i]),
         }
     }
 
     /// The sizes of its coefficients of x, x², x³ and x⁴, for x from -1 to 1.
-    #[inline]
-    fn coefficients(&self) -> [f64; 4] {
+    #[inline(always)]
+    fn coefficients(&self) -> [T; 4] {
         let ([a, m, b], [from, to]) = (self.values, self.slopes);
-        let (rise, bend) = (b - a, a - 2.0 * m + b);
-        let [cubic, quartic] = [(rise - 0.5 * (from + to)) / 4.0, (bend - 0.25 * (to - from)) / 2.0];
-        [rise / 2.0, bend / 2.0, cubic, quartic].map_inline(f64::abs)
+        let [half, quarter] = [0.5, 0.25].map_inline(|x| a.like(x));
+        let (rise, bend) = (b - a, a - m - m + b);
+        let [cubic, quartic] = [(rise - (from + to) * half) * quarter, (bend + (from - to) * quarter) * half];
+        [(rise * half).abs(), (bend * half).abs(), cubic.abs(), quartic.abs()]
     }
 }
 
-impl MeanColor {
+impl<T: Number> MeanColor<T> {
     /// The mean colour of a panel that absorbs this part of the light.
-    #[inline]
-    pub fn of(panel: &Panel, absorbed: f64) -> Self {
-        let Panel { at, width, length, .. } = *panel;
-        let fading = panel.fading();
-        let weighted = |of: &dyn Fn(&Mixture) -> [f64; 2]| fading.nodes(at.map_inline(of));
-        let rates = weighted(&|place| place.rate);
-        let channels = [0, 1, 2].map_inline(|k| weighted(&|place| place.color.map_inline(|color| color[k])));
+    #[inline(always)]
+    pub fn of(panel: &Panel<T>, absorbed: T) -> Self {
+        let number = |value: f64| absorbed.like(value);
+        let (zero, least) = (number(0.0), absorbed.least());
+        let rates = panel.faded(&panel.rate);
         let whole = rates.mean();
-        let color = channels.map_inline(|channel| channel.mean() / whole);
-        let mut sizes = [0.0f64; 4];
-        for (channel, mean) in channels.iter().zip(color) {
-            let found = channel.less(mean, &rates).coefficients();
-            sizes = [0, 1, 2, 3].map_inline(|i| sizes[i].max(found[i]));
+        let inverse = number(1.0) / whole;
+        let (mut color, mut sizes) = ([zero; 3], [zero; 4]);
+        for (mean, channel) in color.iter_mut().zip(&panel.color) {
+            let channel = panel.faded(channel);
+            *mean = channel.mean() * inverse;
+            let found = channel.less(*mean, &rates).coefficients();
+            sizes = [0, 1, 2, 3].map_inline(|i: usize| sizes[i].max(found[i]));
         }
         let [a1, a2, a3, a4] = sizes;
         let [e2, e3, e4] = panel.growth();
-        let missed = a4 * e2 + a3 * e3 + a2 * e4 + a1 * e2 * e3;
-        let spread = spread(&at, width);
-        let off = 3.0 * 8.0 / 105.0 * missed * length / absorbed + spread * (length * whole / absorbed - 1.0).abs();
-        if whole > 0.0 && off <= spread {
-            return MeanColor { color, off, spread };
+        let missed = e2 * a1.mul_add(e3, a4) + a3 * e3 + a2 * e4;
+        let (spread, first) = panel.spread();
+        let longer = panel.length / absorbed.max(least);
+        let off = missed * longer * number(24.0 / 105.0) + spread * (longer * whole - number(1.0)).abs();
+        // With one colour both are zero.
+        let is_near = whole.exceeds(zero) & (spread + least).exceeds(off);
+        if T::is_any(!is_near) {
+            // Simpson's rule: a mean of the colours at the places. The light absorbed at the start may leave none in
+            // the middle and at the end.
+            let whole = rates.simpson();
+            for (k, mean) in color.iter_mut().enumerate() {
+                let simpson = panel.faded(&panel.color[k]).simpson() / whole;
+                *mean = mean.where_else(is_near, simpson.where_else(whole.exceeds(least), first[k]));
+            }
         }
-        // Simpson's rule: a mean of the colours at the places. The light absorbed at the start may leave none in the
-        // middle and at the end.
-        let simpson = |[a, m, b]: [f64; 3]| a + 4.0 * m + b;
-        let whole = simpson(rates.values);
-        let first = || at.iter().find_map(|place| place.own_color()).map_or([0.0; 3], |[color, _]| color);
-        let color = if whole > 0.0 { channels.map_inline(|channel| simpson(channel.values) / whole) } else { first() };
-        MeanColor { color, off: spread, spread }
+        MeanColor { color, off: off.where_else(is_near, spread), spread }
     }
 }
 
-/// Difference of the colours on a panel, from those at the places and from their slopes.
-#[inline]
-fn spread(at: &[&Mixture; 3], width: f64) -> f64 {
-    let (mut low, mut high, mut steepest) = ([f64::MAX; 3], [f64::MIN; 3], 0.0f64);
-    for [color, slope] in at.iter().filter_map(|place| place.own_color()) {
-        low = [0, 1, 2].map_inline(|k| low[k].min(color[k]));
-        high = [0, 1, 2].map_inline(|k| high[k].max(color[k]));
-        steepest = slope.iter().fold(steepest, |most, slope| most.max(slope.abs()));
+impl<T: Number> Panel<T> {
+    /// The difference of the colours, from those at the places and from their slopes at the ends, and the first of them.
+    /// Without absorption the colour is that of the medium that begins to absorb there.
+    #[inline(always)]
+    fn spread(&self) -> (T, [T; 3]) {
+        let number = |value: f64| self.length.like(value);
+        let [zero, one, most] = [0.0, 1.0, f64::from(f32::MAX)].map_inline(number);
+        let Nodes { values: rates, slopes: rises } = self.rate;
+        let has = rates.map_inline(|rate| rate.exceeds(zero));
+        let inverse = rates.map_inline(|rate| one / rate);
+        let begins = rises.map_inline(|rise| one / rise);
+        let [enters, leaves] = rises.map_inline(|rise| rise.abs().exceeds(zero));
+        let is_there = [has[0] | enters, has[1], has[2] | leaves];
+        let (mut spread, mut steepest, mut first) = (zero, zero, [zero; 3]);
+        for (first, Nodes { values, slopes }) in first.iter_mut().zip(self.color) {
+            let (mut low, mut high) = (most, zero - most);
+            let mut here = [0, 1, 2].map_inline(|place: usize| values[place] * inverse[place]);
+            for (end, place) in [0, 2].into_iter().enumerate() {
+                let slope = (slopes[end] - here[place] * rises[end]) * inverse[place];
+                steepest = steepest.max(slope.abs()).where_else(has[place], steepest);
+                here[place] = here[place].where_else(has[place], slopes[end] * begins[end]);
+            }
+            for place in 0..3 {
+                low = low.min(here[place]).where_else(is_there[place], low);
+                high = high.max(here[place]).where_else(is_there[place], high);
+            }
+            spread = spread.max(high - low);
+            *first = here[0].where_else(is_there[0], here[1].where_else(is_there[1], here[2]));
+        }
+        (steepest.mul_add(number(0.25), spread), first)
     }
-    let [r, g, b] = [0, 1, 2].map_inline(|k| high[k] - low[k]);
-    r.max(g).max(b).max(0.0) + 0.25 * width * steepest
 }

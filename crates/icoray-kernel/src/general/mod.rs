@@ -24,6 +24,7 @@ pub use blend::Medium;
 pub use clips::{ClipRegion, Clips};
 pub(crate) use cross::{ColumnVisitor, cross};
 pub use levels::Levels;
+pub(crate) use mean_color::{MeanColor, Nodes, Panel};
 pub use painted::PaintedPlace;
 pub use passage::{Passage, PassageKind};
 pub use source::{FieldSource, TransferMap};

@@ -10,8 +10,9 @@ use super::light::{GradientCourse, Lit, Shade, is_dear};
 use super::medium::Medium;
 use super::part::{Part, all};
 use super::several::LEAST_PART;
+use crate::general::{MeanColor, Nodes, Panel};
 use crate::light::{COLOR_PART, INDEPENDENT, Radiance};
-use crate::lit::LightSpread;
+use crate::number::Vector;
 use crate::piece::THIN;
 use crate::shade::{ColorChange, RayShading};
 use fearless_simd::prelude::*;
@@ -44,7 +45,7 @@ pub(super) struct VolumeNodes<V: Machine> {
     depth: [Floats<V>; 2],
     /// Largest error of the colour of the light and of the optical depth due to rounding.
     rounding: [Floats<V>; 2],
-    change: ColorChange<Floats<V>>,
+    change: ColorChange<Vector<V>>,
 }
 
 impl<V: Machine> VolumeNodes<V> {
@@ -81,22 +82,22 @@ impl<V: Machine> VolumeNodes<V> {
         }
     }
 
-    /// Lights the colours with the mean shade of the volume on pieces with this [growth](growth); `unseen` is the
+    /// Lights the colours with the mean shade of the volume on pieces with this [growth](Panel::growth); `unseen` is the
     /// relative error of the absorption of all volumes. Returns the light that the volume absorbs, the
     /// shade's error, that by rounding, and the standard deviation by rounding of the gradients.
     #[inline(always)]
     fn shade(
         &mut self,
         simd: V,
-        fading: &Fading<V>,
-        (growth, unseen): ([Floats<V>; 3], Floats<V>),
+        panel: &Panels<V>,
+        (growth, unseen): ([Vector<V>; 3], Vector<V>),
         (lit, shading): (&Lit<V>, &RayShading<f32>),
         (course, range): (&GradientCourse<V>, [Floats<V>; 2]),
     ) -> (Floats<V>, [Floats<V>; 3]) {
-        let absorbs = fading.nodes(self.extinction, self.thickening);
-        let spread = absorbs.spread(simd, growth, unseen);
+        let absorbs = panel.faded(&nodes(simd, self.extinction, self.thickening));
+        let spread = absorbs.spread(growth, unseen);
         // The three places may miss dense media entirely.
-        let share = simpson::<V>(absorbs.values) + f32::MIN_POSITIVE;
+        let share = absorbs.simpson().lanes + f32::MIN_POSITIVE;
         let Shade { body, tilt, highlight, off, rounding, deviation } =
             lit.shade_of(simd, shading, (course, range, lit.eps), spread, &self.change);
         for k in 0..3 {
@@ -110,45 +111,6 @@ impl<V: Machine> VolumeNodes<V> {
         }
         (share, [off, rounding, deviation])
     }
-}
-
-/// Values at three places, weighted by the transmittances from the start to them.
-#[inline(always)]
-fn weighted<V: Machine>([a, m, b]: [Floats<V>; 3], through: &[Floats<V>; 2]) -> [Floats<V>; 3] {
-    [a, m * through[0], b * through[1]]
-}
-
-/// The light that passes.
-struct Fading<V: Machine> {
-    /// Transmittance from the start to the middle and to the end.
-    through: [Floats<V>; 2],
-    /// Extinction of all volumes at the start and end, times the length of the piece.
-    rates: [Floats<V>; 2],
-}
-
-impl<V: Machine> Fading<V> {
-    /// A function with these values at the three places and slopes at the ends, weighted by the transmittance.
-    #[inline(always)]
-    fn nodes(&self, values: [Floats<V>; 3], slopes: [Floats<V>; 2]) -> Nodes<V> {
-        let [from, to] = [0, 1].map_inline(|end: usize| slopes[end] - self.rates[end] * values[2 * end]);
-        Nodes { values: weighted::<V>(values, &self.through), slopes: [from, to * self.through[1]] }
-    }
-}
-
-/// Factors by which coefficients two to four degrees higher come, as `Panel::growth`.
-#[inline(always)]
-fn growth<V: Machine>([s0, s1, s2]: [Floats<V>; 3], [length, depth]: [Floats<V>; 2], eps: Floats<V>) -> [Floats<V>; 3] {
-    let tilt = length * 0.25 * (s1 - s0).abs().max((s2 - s1).abs());
-    let uneven = eps / (eps * -0.5 + 1.0);
-    let bent = length * (s0 - s1 - s1 + s2).abs() * (1.0 / 12.0);
-    let e2 = (depth * depth).mul_add(0.05, tilt) + uneven * uneven * 0.75;
-    [e2, e2.mul_add(e2.sqrt(), bent), e2.mul_add(e2, bent * depth.mul_add(0.25, uneven))]
-}
-
-/// Simpson's mean.
-#[inline(always)]
-fn simpson<V: Machine>([a, m, b]: [Floats<V>; 3]) -> Floats<V> {
-    (m.mul_add(4.0, a) + b) * (1.0 / 6.0)
 }
 
 /// Optical depth of a part with these extinctions at its ends.
@@ -173,7 +135,7 @@ fn changes<V: Machine>(
     colors: &[[Floats<V>; 3]; 3],
     brightest: Floats<V>,
     eps: Floats<V>,
-) -> ColorChange<Floats<V>> {
+) -> ColorChange<Vector<V>> {
     let [start, middle, end] = colors;
     let (mut bend, mut change) = (all(simd, 0.0), all(simd, 0.0));
     for k in 0..3 {
@@ -181,7 +143,7 @@ fn changes<V: Machine>(
         change = change.max((end[k] - start[k]).abs());
     }
     let bend = bend + bend;
-    ColorChange { brightest, change: change + bend, bend, eps }
+    ColorChange { brightest, change: change + bend, bend, eps }.map(|lanes| Vector::new(simd, lanes))
 }
 
 /// The light of all volumes on the pieces.
@@ -217,32 +179,38 @@ impl<V: Machine> Blend<V> {
             thickening = [0, 1].map_inline(|i: usize| thickening[i] + volume.thickening[i]);
         }
         let absorbed = absorbed_by(simd, depth);
-        let fading = Fading {
-            through: [one - absorbed_by(simd, front), one - absorbed],
-            rates: [rates[0] * length, rates[2] * length],
+        let vector = |lanes| Vector::new(simd, lanes);
+        let mut panel = Panel {
+            rate: nodes(simd, rates, thickening),
+            color: [nodes(simd, [zero; 3], [zero; 2]); 3],
+            depth: vector(depth),
+            through: [one - absorbed_by(simd, front), one - absorbed].map_inline(vector),
+            length: vector(length),
+            // Of volumes that differ where one is not seen, the least favourable.
+            eps: vector(zero - eps),
         };
-        let growth = growth::<V>(rates, [length, depth], eps);
         let mut of_shades = [zero; 3];
         if let Some((lit, shading, courses, range)) = lighting {
-            let seen: Floats<V> = length * fading.nodes(rates, thickening).mean();
-            let unseen = (seen / absorbed.max(f32::MIN_POSITIVE) - 1.0).abs();
+            let growth = panel.growth();
+            let seen = length * panel.faded(&panel.rate).mean().lanes;
+            let unseen = vector((seen / absorbed.max(f32::MIN_POSITIVE) - 1.0).abs());
             let mut sum = zero;
             for volume in volumes.iter_mut() {
                 let course = &courses[volume.number];
-                let (share, of_shade) = volume.shade(simd, &fading, (growth, unseen), (lit, shading), (course, range));
+                let (share, of_shade) = volume.shade(simd, &panel, (growth, unseen), (lit, shading), (course, range));
                 sum += share;
                 of_shades = [0, 1, 2].map_inline(|k: usize| share.mul_add(of_shade[k], of_shades[k]));
             }
             of_shades = of_shades.map_inline(|error| error / sum);
         }
-        let mut mixture = Mixture::none(simd);
+        panel.color = mixed(simd, volumes);
         let (mut rounded, mut thickened) = (zero, zero);
         for volume in &*volumes {
-            mixture.add(volume);
             rounded = rounded.max(volume.rounding[0]);
             thickened += volume.rounding[1];
         }
-        let MeanColor { color, off, spread } = mixture.mean(simd, &fading, growth, [length, absorbed]);
+        let mean = MeanColor::of(&panel, vector(absorbed));
+        let (color, off, spread) = (mean.color.map_inline(|channel| channel.lanes), mean.off.lanes, mean.spread.lanes);
         // Errors of extinctions change the mixture of colours.
         let rounded = spread.mul_add((thickened / depth.max(f32::MIN_POSITIVE)).min(one), rounded);
         let [shade_off, shade_rounding, shade_deviation] = of_shades;
@@ -251,7 +219,7 @@ impl<V: Machine> Blend<V> {
         // Estimates of different pieces are added as independent ones.
         let of_color = off * COLOR_PART[usize::from(lighting.is_some())] as f32;
         let own = of_color.mul_add(of_color, shade_off * shade_off).sqrt();
-        let off_by = thickened.mul_add(fading.through[1], absorbed * (rounded + 0.5 * f32::EPSILON)).min(one);
+        let off_by = thickened.mul_add(panel.through[1].lanes, absorbed * (rounded + 0.5 * f32::EPSILON)).min(one);
         let deviation = absorbed * own * INDEPENDENT as f32;
         // All parts of a frustum share the rounding of the gradients at its vertices.
         let extent = lighting.map_or(one, |(.., [from, to])| (to - from).max(LEAST_PART));
@@ -283,172 +251,31 @@ impl<V: Machine> Blend<V> {
     }
 }
 
-/// All volumes at the start, in the middle and at the end of the pieces, with slopes along these at the ends.
-struct Mixture<V: Machine> {
-    /// Extinction.
-    rates: [Floats<V>; 3],
-    thickening: [Floats<V>; 2],
-    /// Colour times extinction.
-    colors: [[Floats<V>; 3]; 3],
-    tints: [[Floats<V>; 3]; 2],
+/// Colour times extinction of all volumes.
+#[inline(always)]
+fn mixed<V: Machine>(simd: V, volumes: &[VolumeNodes<V>]) -> [Nodes<Vector<V>>; 3] {
+    let zero = all(simd, 0.0);
+    let (mut values, mut slopes) = ([[zero; 3]; 3], [[zero; 2]; 3]);
+    for (k, (values, slopes)) in values.iter_mut().zip(&mut slopes).enumerate() {
+        for volume in volumes {
+            for (place, value) in values.iter_mut().enumerate() {
+                *value = volume.extinction[place].mul_add(volume.color[place][k], *value);
+            }
+            for (end, slope) in slopes.iter_mut().enumerate() {
+                let (rate, color) = (volume.extinction[2 * end], volume.color[2 * end][k]);
+                *slope += volume.thickening[end].mul_add(color, rate * volume.tint[end][k]);
+            }
+        }
+    }
+    [0, 1, 2].map_inline(|k: usize| nodes(simd, values[k], slopes[k]))
 }
 
-/// The mean colour of the absorbed light, its error, and the difference of the colours.
-struct MeanColor<V: Machine> {
-    color: [Floats<V>; 3],
-    off: Floats<V>,
-    spread: Floats<V>,
-}
+/// The panel of each lane.
+type Panels<V> = Panel<Vector<V>>;
 
-impl<V: Machine> Mixture<V> {
-    #[inline(always)]
-    fn none(simd: V) -> Self {
-        let zero = all(simd, 0.0);
-        Mixture { rates: [zero; 3], thickening: [zero; 2], colors: [[zero; 3]; 3], tints: [[zero; 3]; 2] }
-    }
-
-    #[inline(always)]
-    fn add(&mut self, volume: &VolumeNodes<V>) {
-        for place in 0..3 {
-            let rate = volume.extinction[place];
-            self.rates[place] += rate;
-            for (channel, color) in self.colors[place].iter_mut().zip(volume.color[place]) {
-                *channel = rate.mul_add(color, *channel);
-            }
-        }
-        for (end, place) in [0, 2].into_iter().enumerate() {
-            let (rate, thickening) = (volume.extinction[place], volume.thickening[end]);
-            self.thickening[end] += thickening;
-            for k in 0..3 {
-                let (color, tint) = (volume.color[place][k], volume.tint[end][k]);
-                self.tints[end][k] += thickening.mul_add(color, rate * tint);
-            }
-        }
-    }
-
-    /// The mean colour of pieces with this [growth](growth), length and absorbed part.
-    #[inline(always)]
-    fn mean(
-        &self,
-        simd: V,
-        fading: &Fading<V>,
-        [e2, e3, e4]: [Floats<V>; 3],
-        [length, absorbed]: [Floats<V>; 2],
-    ) -> MeanColor<V> {
-        let zero = all(simd, 0.0);
-        let rates = fading.nodes(self.rates, self.thickening);
-        let whole = rates.mean();
-        let inverse = all(simd, 1.0) / whole;
-        let (mut color, mut sizes) = ([zero; 3], [zero; 4]);
-        for k in 0..3 {
-            let channel = fading.nodes(self.colors.map_inline(|color| color[k]), self.tints.map_inline(|tint| tint[k]));
-            color[k] = channel.mean() * inverse;
-            let found = channel.less(color[k], &rates).coefficients();
-            sizes = [0, 1, 2, 3].map_inline(|i: usize| sizes[i].max(found[i]));
-        }
-        let [a1, a2, a3, a4] = sizes;
-        let missed = e2 * a1.mul_add(e3, a4) + a3 * e3 + a2 * e4;
-        let (spread, first) = self.spread(simd);
-        let longer = length / absorbed.max(f32::MIN_POSITIVE);
-        let off = missed * longer * (24.0 / 105.0) + spread * (longer * whole - 1.0).abs();
-        let is_near = whole.simd_gt(zero) & off.simd_le(spread);
-        if !is_near.all_true() {
-            // Simpson's rule: a mean of the colours at the places. The light absorbed at the start may leave none in
-            // the middle and at the end.
-            let mean = |values: [Floats<V>; 3]| simpson::<V>(weighted::<V>(values, &fading.through));
-            let whole = mean(self.rates);
-            let inverse = all(simd, 1.0) / whole;
-            for (k, channel) in color.iter_mut().enumerate() {
-                let simpson = mean(self.colors.map_inline(|color| color[k])) * inverse;
-                let simpson = whole.simd_gt(f32::MIN_POSITIVE).select(simpson, first[k]);
-                *channel = is_near.select(*channel, simpson);
-            }
-        }
-        MeanColor { color, off: is_near.select(off, spread), spread }
-    }
-
-    /// The difference of the colours on the pieces, from those at the places and from their slopes, and the first of
-    /// them.
-    #[inline(always)]
-    fn spread(&self, simd: V) -> (Floats<V>, [Floats<V>; 3]) {
-        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
-        let most = all(simd, f32::MAX);
-        let has = self.rates.map_inline(|rate| rate.simd_gt(zero));
-        let inverse = self.rates.map_inline(|rate| one / rate);
-        // Without absorption the colour is that of the volume that begins to absorb there.
-        let begins = self.thickening.map_inline(|thickening| one / thickening);
-        let [enters, leaves] = self.thickening.map_inline(|thickening| !thickening.simd_eq(zero));
-        let is_there = [has[0] | enters, has[1], has[2] | leaves];
-        let (mut spread, mut steepest, mut first) = (zero, zero, [zero; 3]);
-        for (k, first) in first.iter_mut().enumerate() {
-            let (mut low, mut high) = (most, zero - most);
-            let mut here = [0, 1, 2].map_inline(|place: usize| self.colors[place][k] * inverse[place]);
-            for (end, place) in [0, 2].into_iter().enumerate() {
-                let slope = (self.tints[end][k] - here[place] * self.thickening[end]) * inverse[place];
-                steepest = has[place].select(steepest.max(slope.abs()), steepest);
-                here[place] = has[place].select(here[place], self.tints[end][k] * begins[end]);
-            }
-            for place in 0..3 {
-                low = is_there[place].select(low.min(here[place]), low);
-                high = is_there[place].select(high.max(here[place]), high);
-            }
-            spread = spread.max(high - low);
-            *first = is_there[0].select(here[0], is_there[1].select(here[1], here[2]));
-        }
-        (steepest.mul_add(0.25, spread), first)
-    }
-}
-
-/// A function at the three places, and its slopes at the ends, for the rule of `general/mean_color.rs`.
-#[derive(Clone, Copy)]
-struct Nodes<V: Machine> {
-    values: [Floats<V>; 3],
-    slopes: [Floats<V>; 2],
-}
-
-impl<V: Machine> Nodes<V> {
-    /// Its mean, exact to the fifth degree.
-    #[inline(always)]
-    fn mean(&self) -> Floats<V> {
-        let [a, m, b] = self.values;
-        let ends = (a + b).mul_add(7.0 / 30.0, m * (16.0 / 30.0));
-        (self.slopes[0] - self.slopes[1]).mul_add(1.0 / 60.0, ends)
-    }
-
-    /// The distribution of light that is absorbed like this, as `Nodes::spread` of `general/mean_color.rs`.
-    #[inline(always)]
-    fn spread(&self, simd: V, [e2, e3, e4]: [Floats<V>; 3], unseen: Floats<V>) -> LightSpread<Floats<V>> {
-        let ([a, m, b], [from, to]) = (self.values, self.slopes);
-        let inverse = all(simd, 1.0) / self.mean().max(f32::MIN_POSITIVE);
-        let first = (b - a).mul_add(0.1, (from + to) * (-1.0 / 120.0));
-        let second = m.mul_add(2.0 / 105.0, (a + b) * (9.0 / 280.0)) + (from - to) * (1.0 / 560.0);
-        let [a1, a2, a3, a4] = self.coefficients();
-        let missed = e2 * m.mul_add(e3, a4 + a3) + a2 * e3 + a1 * e4;
-        let bent = (a - m - m + b).abs();
-        let error_bound = missed.mul_add(12.0 / 105.0, bent * 0.02).mul_add(inverse, unseen * 0.5);
-        LightSpread {
-            centre: (first * inverse).max(-0.5).min(0.5),
-            second: (second * inverse).max(0.0).min(0.25),
-            error_bound: error_bound.min(0.5),
-            extent: all(simd, 1.0),
-        }
-    }
-
-    #[inline(always)]
-    fn less(&self, factor: Floats<V>, other: &Self) -> Self {
-        Nodes {
-            values: [0, 1, 2].map_inline(|i: usize| self.values[i] - factor * other.values[i]),
-            slopes: [0, 1].map_inline(|i: usize| self.slopes[i] - factor * other.slopes[i]),
-        }
-    }
-
-    /// The sizes of its coefficients of x, x², x³ and x⁴, for x from -1 to 1.
-    #[inline(always)]
-    fn coefficients(&self) -> [Floats<V>; 4] {
-        let ([a, m, b], [from, to]) = (self.values, self.slopes);
-        let (rise, bend) = (b - a, a - m - m + b);
-        let cubic = ((from + to) * -0.5 + rise) * 0.25;
-        let quartic = ((from - to) * 0.25 + bend) * 0.5;
-        [(rise * 0.5).abs(), (bend * 0.5).abs(), cubic.abs(), quartic.abs()]
-    }
+/// A function in each lane, of these values at the three places and slopes over the piece at its ends.
+#[inline(always)]
+fn nodes<V: Machine>(simd: V, values: [Floats<V>; 3], slopes: [Floats<V>; 2]) -> Nodes<Vector<V>> {
+    let vector = |lanes| Vector::new(simd, lanes);
+    Nodes { values: values.map_inline(vector), slopes: slopes.map_inline(vector) }
 }

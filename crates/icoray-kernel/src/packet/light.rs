@@ -6,13 +6,18 @@ use super::layers::Way;
 use super::medium::{Medium, number};
 use super::part::{Part, all};
 use super::read::{Course, FAR, Vertices};
-use super::turn::{Turns, Vectors, largest_cosine, spread_of, swing};
 use crate::light::{INDEPENDENT, LIT_DEVIATIONS};
 use crate::lit::{ADVANCE, HALVINGS_ALONG, HALVINGS_AT_START, LightSpread};
-use crate::shade::{ColorChange, RayShading};
+use crate::number::Vector;
+use crate::shade::{ColorChange, MeanShade, RayShading, Shade as ShadeOf};
+use crate::turn::NormalTurn;
 use fearless_simd::prelude::*;
+use icoray_grid::array::MapInline;
 use icoray_grid::gradient::Gradients;
-use icoray_simd::{Floats, Machine, Mask, Numbers, Table, power};
+use icoray_simd::{Floats, Machine, Mask, Numbers, Table};
+
+/// A vector of space in each lane.
+pub(super) type Vectors<V> = [Floats<V>; 3];
 
 /// The gradients at the vertices.
 #[derive(Clone, Copy)]
@@ -232,12 +237,6 @@ fn along<V: Machine>([from, to, kappa]: &Course<V>, u: Floats<V>, bent: Floats<V
     bent.mul_add(*kappa, u.mul_add(*to - *from, *from))
 }
 
-/// `x`, with the opposite sign in the lanes of `mask`.
-#[inline(always)]
-fn turned<V: Machine>(simd: V, mask: Mask<V>, x: Floats<V>) -> Floats<V> {
-    mask.select(all(simd, 0.0) - x, x)
-}
-
 /// Length of a piece of a frustum up to which it is taken for any error of its shade.
 const LEAST_FRACTION: f32 = 1e-4;
 
@@ -254,10 +253,10 @@ pub(super) struct Piece<'p, V: Machine> {
 
 /// The change of colour along a piece of each lane, as `ColorChange::of`.
 #[inline(always)]
-fn change_of<V: Machine>(part: &Part<V>, medium: &Medium<V>) -> ColorChange<Floats<V>> {
+fn change_of<V: Machine>(simd: V, part: &Part<V>, medium: &Medium<V>) -> ColorChange<Vector<V>> {
     let bend = medium.steepest * part.kappa.abs();
     let change = medium.steepest * (part.f1 - part.f0).abs() + bend;
-    ColorChange { brightest: medium.brightest, change, bend, eps: part.eps }
+    ColorChange { brightest: medium.brightest, change, bend, eps: part.eps }.map(|lanes| Vector::new(simd, lanes))
 }
 
 /// Shade of a piece: factors for its colour and for its change along the piece, the highlight, and their errors per
@@ -277,8 +276,9 @@ impl<V: Machine> Lit<V> {
     #[inline(always)]
     pub fn shade(&self, simd: V, common: &RayShading<f32>, piece: &Piece<'_, V>) -> Shade<V> {
         let Piece { part, medium, ends, range, eps } = *piece;
-        let spread = spread_of(simd, part, medium, ends);
-        self.shade_of(simd, common, (&self.course, range, eps), spread, &change_of(part, medium))
+        let vector = |lanes| Vector::new(simd, lanes);
+        let spread = LightSpread::of(ends.map_inline(vector), vector(part.length), vector(medium.slope * part.kappa));
+        self.shade_of(simd, common, (&self.course, range, eps), spread, &change_of(simd, part, medium))
     }
 
     /// The mean shade of each lane's piece with these gradients along its frustum, of which it is `range`.
@@ -288,98 +288,28 @@ impl<V: Machine> Lit<V> {
         simd: V,
         common: &RayShading<f32>,
         (course, range, eps): (&GradientCourse<V>, [Floats<V>; 2], Floats<V>),
-        spread: LightSpread<Floats<V>>,
-        colors: &ColorChange<Floats<V>>,
+        spread: LightSpread<Vector<V>>,
+        colors: &ColorChange<Vector<V>>,
     ) -> Shade<V> {
-        let turn = Turns::of(simd, &course.of_piece(simd, range, eps), colors.eps, spread);
-        let (body, tilt, dim) = self.mean_body(simd, common, &turn, colors);
-        let (highlight, faint) = self.mean_highlight(simd, common, &turn);
-        let most = colors.brightest * common.diffuse + common.specular;
-        // A mean cosine has an error of two last digits, and its power that times the exponent.
-        let error = (colors.brightest * body).mul_add(4.0, highlight * (3.0 * common.sharpness));
-        // As `RayShading::deviation_of`.
-        let [rounded, turned] = common.deviations;
-        let turned = (course.size / turn.size).max(1.0) * turned;
-        let deviation = (turned + rounded).min(common.diffuse + common.specular);
-        let off = turn.is_wild.select(most, dim + faint);
-        Shade { body, tilt, highlight, off, rounding: error * (0.5 * f32::EPSILON), deviation }
-    }
-
-    /// Factor for the colour, factor for the colour's change, and the error of both.
-    #[inline(always)]
-    fn mean_body(
-        &self,
-        simd: V,
-        common: &RayShading<f32>,
-        turn: &Turns<V>,
-        colors: &ColorChange<Floats<V>>,
-    ) -> (Floats<V>, Floats<V>, Floats<V>) {
-        let ColorChange { brightest, change, bend: color_bend, eps } = *colors;
-        let zero = all(simd, 0.0);
-        let cosine = turn.cosine(&self.light);
-        let is_behind = cosine.mean.simd_lt(zero);
-        let (level, centre) = (cosine.mean.abs(), turn.spread.centre);
-        let (bend, swing) = (cosine.bend.abs(), swing::<V>(&cosine));
-        let may_cross = swing * 0.5 + turn.angle2 * 0.02 + turn.across - level;
-        let crosses = may_cross.simd_gt(zero);
-        let unsure = turn.spread.error_bound;
-        let mut body = level;
-        let mut tilt = turned(simd, is_behind, cosine.rise) * turn.variance() * common.diffuse;
-        let (mut at_kink, mut apart) = (zero, zero);
-        // The part beyond the kink, as if n·l were linear.
-        let reach = cosine.rise.abs() * 0.5;
-        let beyond = (reach - turned(simd, is_behind, cosine.even)).max(zero);
-        if (crosses | beyond.simd_gt(zero)).any_true() {
-            let share = beyond / (reach + reach + f32::MIN_POSITIVE);
-            let forward = turned(simd, is_behind, cosine.rise).simd_lt(zero).select(zero - centre, centre);
-            body += beyond * share * (all(simd, 1.0) - forward * (share * -4.0 + 6.0));
-            tilt = crosses.select(zero, tilt);
-            let bent = (bend + turn.across) * 0.25 + (unsure + centre * centre * 0.3) * swing + turn.angle2 * 0.05;
-            at_kink = crosses.select((may_cross * 0.5).min(bent), zero);
-            apart = crosses.select(all(simd, 0.1), zero);
-        }
-        let even = unsure * swing + turn.across + turn.along + at_kink;
-        let skewed = color_bend * (eps.abs() * 0.015 + centre.abs() * 0.1) * swing;
-        let changed = change * (bend * 0.12 + (unsure + apart) * swing + turn.across) + skewed;
-        let off = (brightest * even + changed).min(brightest) * common.diffuse;
-        // Rules beyond their validity must not leave the range of what they approximate.
-        let body = body.max(zero).min(1.0);
-        (body * common.diffuse + common.ambient, tilt, off)
-    }
-
-    /// The highlight and its error.
-    #[inline(always)]
-    fn mean_highlight(&self, simd: V, common: &RayShading<f32>, turn: &Turns<V>) -> (Floats<V>, Floats<V>) {
-        let (zero, one, s) = (all(simd, 0.0), all(simd, 1.0), common.shininess);
-        let cosine = turn.cosine(&self.halfway);
-        let level = cosine.mean.abs().min(one);
-        let reach = swing::<V>(&cosine) * 0.5;
-        let rise2 = cosine.rise * cosine.rise;
-        let variance = rise2 * turn.variance() + cosine.bend * cosine.bend * (1.0 / 45.0);
-        let inverse = one / (level * level).max(reach * reach).max(f32::MIN_POSITIVE);
-        let bent = variance * inverse * (0.5 * s * (s - 1.0)) + 1.0;
-        let power = power(simd, level, s);
-        let highlight = (power * bent).max(zero).min(one);
-        // Angles in widths of the highlight.
-        let (x2, root) = (turn.angle2 * s, s.sqrt());
-        let x = turn.angle * root;
-        let nearest = (one - largest_cosine::<V>(&cosine)).max(zero);
-        let y = (nearest * (0.85 * (s - 2.0).max(0.0)) - x2 * 0.1).max(zero);
-        let near = (y * (-1.0 / 12.0) + 1.3).max(zero).min(one);
-        let near2 = near * near;
-        let near = near2 * near2;
-        let unsure = turn.spread.error_bound;
-        let centre = turn.spread.centre.abs() * x * 0.03 + turn.bend_length * (0.008 * root);
-        let turned = x2 * (x2 * (1.0 / 700.0) + centre) + turn.along * s;
-        let local = (power * swing::<V>(&cosine) / level.max(f32::MIN_POSITIVE)).mul_add(s, unsure * x2 * 0.5);
-        let slope = unsure * local.min(x * 0.61) + turn.across * (0.61 * root);
-        let mut off = near * (turned + slope + unsure * x2 * 0.25);
-        if s < 6.0 {
-            let across = (reach + turn.angle2 * 0.02 + turn.across - level).max(zero);
-            let beside = reach * reach * reach * inverse * 0.01;
-            off += if s < 2.0 { across * 0.5 + beside } else { across * reach };
-        }
-        (highlight * common.specular, off.min(one) * common.specular)
+        let vector = |lanes| Vector::new(simd, lanes);
+        let alike = |value: f32| vector(all(simd, value));
+        let shading = RayShading {
+            ambient: alike(common.ambient),
+            diffuse: alike(common.diffuse),
+            specular: alike(common.specular),
+            shininess: alike(common.shininess),
+            light: self.light.map_inline(vector),
+            halfway: self.halfway.map_inline(vector),
+            sharpness: alike(common.sharpness),
+            deviations: common.deviations.map_inline(alike),
+        };
+        let gradients = course.of_piece(simd, range, eps).map_inline(|gradient| gradient.map_inline(vector));
+        let mean = shading.mean(&NormalTurn::of(&gradients, colors.eps, spread), colors);
+        let MeanShade { shade: ShadeOf { body, highlight }, tilt, off, rounding, size } = mean;
+        let deviation = shading.deviation_of(vector(course.size), size);
+        let [body, tilt, highlight, off, rounding, deviation] =
+            [body, tilt, highlight, off, rounding, deviation].map_inline(|number: Vector<V>| number.lanes);
+        Shade { body, tilt, highlight, off, rounding, deviation }
     }
 }
 

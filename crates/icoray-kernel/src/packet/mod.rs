@@ -64,7 +64,6 @@ mod scene;
 mod several;
 mod start;
 mod tables;
-mod turn;
 
 /// Traces rays in packets, with light if `N` is 4 and without if it is 1; returns `None`, without tracing any, if the
 /// tables are too long for gathers.

@@ -43,7 +43,8 @@ fn gathers_are_plain_reads<V: Machine>(simd: V) {
     }
     for k in 1..1000 {
         let (x, y) = (k as f32 / 1000.0, 32.0);
-        let found = power(simd, <Floats<V> as SimdBase<V>>::splat(simd, x), y);
+        let all = |number| <Floats<V> as SimdBase<V>>::splat(simd, number);
+        let found = power(simd, all(x), all(y));
         let exact = f64::from(x).powf(y.into());
         assert!((f64::from(found[lanes - 1]) - exact).abs() <= 4e-6 * exact + 1e-30, "{x}: {found:?} {exact}");
     }

@@ -175,9 +175,9 @@ fn the_distribution_of_light_is_within_its_error() {
         let nodes = [0.0, 0.5, 1.0].map(|u| blend.node(0.0, u, &mut Vec::new()));
         let (panel, absorbed) = (blend.panel(&nodes), -(-nodes[2].depth).exp_m1());
         let (Some(part), true) = (parts.first(), nodes[2].depth < THIN) else { continue };
-        let seen = panel.length * panel.fading().nodes(panel.at.map(|place| place.rate)).mean();
+        let seen = panel.length * panel.faded(&panel.rate).mean();
         let own = [0.0, 0.5, 1.0].map(|u| part.at(u)).map(|own| [own.extinction, own.thickening]);
-        let spread = panel.fading().nodes(own).spread(panel.growth(), (seen / absorbed - 1.0).abs());
+        let spread = panel.faded(&over(1.0, own)).spread(panel.growth(), (seen / absorbed - 1.0).abs());
         let mut sums = [0.0; 3];
         const STEPS: usize = 2000;
         for u in (0..STEPS).map(|i| (i as f64 + 0.5) / STEPS as f64) {
