@@ -9,6 +9,7 @@
 use super::plane::{Plane, PlaneVertex, Point, RayLine};
 use glam::DVec3;
 use icoray_grid::Grid;
+use icoray_grid::grid::half_edges::half_edge;
 use std::collections::HashSet;
 
 /// A triangle with the two sides through which a great circle passes: in between `left` and `right`, out between one
@@ -46,10 +47,7 @@ impl<'g, 'a> Contour<'g, 'a> {
     fn inside(grid: &'g Grid<'a>, plane: Plane, triangle: u32) -> Option<Self> {
         let cells = grid.triangle(triangle);
         let see = |cell| plane.project(cell, grid.direction(cell));
-        let mut seen = [see(cells[0]), see(cells[1]), see(cells[2])];
-        if grid.is_clockwise(triangle) {
-            seen.swap(1, 2);
-        }
+        let seen = [see(cells[0]), see(cells[1]), see(cells[2])];
         // Counter-clockwise from outside, the side of entry leads from left to right.
         let k = (0..3).find(|&k| seen[k].is_left() && !seen[(k + 1) % 3].is_left())?;
         let (left, right, apex) = (seen[k], seen[(k + 1) % 3], seen[(k + 2) % 3]);
@@ -282,7 +280,8 @@ impl<'g, 'a> Walk<'g, 'a> {
     #[inline]
     pub fn side(&self) -> Side {
         let Contour { grid, triangle, left, right, .. } = self.contour;
-        let half_edge = grid.half_edge(triangle, left.cell, right.cell);
+        let begins = grid.triangle(triangle).iter().position(|cell| *cell == left.cell);
+        let half_edge = half_edge(triangle, begins.expect("a triangle contains the ends of its side of entry"));
         let end = ContourPoint { point: self.line.at(self.line.end), weight: [0.0; 2] };
         let ContourPoint { point, weight } = self.from.unwrap_or(end);
         Side { line: self.line, left, right, half_edge, point, weight, height: self.last.1, t: self.last.0 }

@@ -390,7 +390,7 @@ pub(super) fn cells(t: &GridTables) -> Result<()> {
 
 /// The cells of a triangle, counter-clockwise from outside.
 #[inline(always)]
-fn wound(t: &GridTables, orientations: &[TriangleOrientation], r: usize) -> [usize; 3] {
+pub(super) fn wound(t: &GridTables, orientations: &[TriangleOrientation], r: usize) -> [usize; 3] {
     let [a, b, c] = row(t, t.corner_cell, r);
     if orientations[r].is_clockwise() { [a, c, b] } else { [a, b, c] }
 }

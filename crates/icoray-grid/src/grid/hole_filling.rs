@@ -22,9 +22,7 @@ use super::table_names::{named_row, number_of, rows};
 use super::tables::GridTables;
 use super::triangle_orientation::TriangleOrientation;
 use crate::error::{Error, Result};
-use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec3};
-use std::borrow::Cow;
 use std::collections::HashMap;
 
 /// Bisections of the icosahedron that gives the synthetic points: 162 of them, 17° apart. With 2562 a ray over a rank's
@@ -36,8 +34,7 @@ const TURNS: u32 = 8;
 const STRIPES: f64 = 64.0;
 
 /// A triangle without data, counter-clockwise from outside.
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
+#[derive(Debug)]
 pub(super) struct Void {
     /// Cells, or synthetic points numbered on from the last cell.
     pub cells: [u32; 3],
@@ -46,17 +43,8 @@ pub(super) struct Void {
     pub beyond: [u32; 3],
 }
 
-/// A hole of the mesh.
-pub(super) struct Hole {
-    /// Number of its void triangles.
-    pub triangles: usize,
-    /// The first data triangle beside it.
-    pub beside: Option<u32>,
-}
-
 /// A side of the rim and the triangles on both sides.
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
+#[derive(Debug)]
 pub(super) struct RimSide {
     triangle: u32,
     /// The vertex of `triangle` opposite the side.
@@ -66,13 +54,13 @@ pub(super) struct RimSide {
 
 /// The void triangles that close a mesh, and the sides at which they meet it; empty for a whole sphere.
 #[derive(Debug, Default)]
-pub(super) struct HoleFilling<'a> {
-    pub void: Cow<'a, [Void]>,
+pub(super) struct HoleFilling {
+    pub void: Vec<Void>,
     /// Sorted by triangle and vertex.
-    pub rim: Cow<'a, [RimSide]>,
+    rim: Vec<RimSide>,
 }
 
-impl HoleFilling<'_> {
+impl HoleFilling {
     /// The void triangle beyond the side of the data triangle that lies opposite its vertex `k`.
     ///
     /// # Panics
@@ -81,35 +69,6 @@ impl HoleFilling<'_> {
         let key = (triangle, k as u32);
         let place = self.rim.binary_search_by_key(&key, |side| (side.triangle, side.opposite));
         self.rim[place.expect("every side of the rim is in its list")].void
-    }
-
-    /// All holes; the table has `rows` rows.
-    pub fn holes(&self, rows: usize) -> Vec<Hole> {
-        let mut hole_of = vec![None; self.void.len()];
-        let mut holes = Vec::new();
-        for first in 0..self.void.len() {
-            let (mut queue, mut triangles) = (vec![first], 0);
-            while let Some(at) = queue.pop() {
-                if hole_of[at].is_none() {
-                    hole_of[at] = Some(holes.len());
-                    triangles += 1;
-                    queue.extend(self.void[at].beyond.iter().filter_map(|beyond| (*beyond as usize).checked_sub(rows)));
-                }
-            }
-            if triangles > 0 {
-                holes.push(Hole { triangles, beside: None });
-            }
-        }
-        for side in self.rim.iter().rev() {
-            if let Some(hole) = hole_of[side.void as usize - rows] {
-                holes[hole].beside = Some(side.triangle);
-            }
-        }
-        holes
-    }
-
-    pub fn bytes(&self) -> usize {
-        size_of_val(&*self.void) + size_of_val(&*self.rim)
     }
 }
 
@@ -137,7 +96,7 @@ pub(super) fn fill_holes(
     t: &GridTables,
     direction: &mut Vec<[f64; 3]>,
     orientations: &[TriangleOrientation],
-) -> Result<HoleFilling<'static>> {
+) -> Result<HoleFilling> {
     let sides = rim(t, orientations);
     let mut by_ends = HashMap::with_capacity(sides.len());
     for (i, side) in sides.iter().enumerate() {
@@ -256,7 +215,7 @@ fn cut(
     direction: &mut Vec<[f64; 3]>,
     sides: &[Side],
     PatchedSphere { triangulation, vertex }: &PatchedSphere,
-) -> Result<HoleFilling<'static>> {
+) -> Result<HoleFilling> {
     const COVERED: u32 = u32::MAX;
     let ends = |side: &Side| (vertex[&side.from], vertex[&side.to]);
     let of_rim: HashMap<(u32, u32), usize> = sides.iter().enumerate().map(|(i, s)| (ends(s), i)).collect();
@@ -321,7 +280,7 @@ fn cut(
         });
         void.push(Void { cells, beyond });
     }
-    Ok(HoleFilling { void: void.into(), rim: rim.into() })
+    Ok(HoleFilling { void, rim })
 }
 
 fn overlap(t: &GridTables, a: &Side, b: &Side) -> Error {

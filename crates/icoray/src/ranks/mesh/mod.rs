@@ -86,7 +86,8 @@ impl NodeGrid {
         grid.write(ranks, |put| {
             let Some(mesh) = &joined else { return Ok(()) };
             bytes = mesh.lengths[1];
-            mesh.grid.with_arrays(|arrays| block::write(arrays, put))
+            mesh.grid.with_arrays(|arrays| block::write(arrays, put));
+            Ok(())
         })?;
         drop(joined);
         let grid = SharedGrid::try_new(grid, |memory| Grid::of_block(memory.bytes()));
@@ -152,7 +153,7 @@ impl JoinedMesh {
         // A thread of its own: neither uses the caller's threads nor starts the process-wide pool.
         let (grid, length) = Threads::new(1)?.run(|| {
             let grid = OwnedGrid::new(tables)?;
-            let length = grid.with_arrays(block::length)?;
+            let length = grid.with_arrays(block::length);
             Ok((grid, length))
         })?;
         let owner = cells.iter().map(|cell| cell.owner).collect();
