@@ -67,8 +67,6 @@ pub struct Grid<'a> {
     direction: Cow<'a, [[f64; 3]]>,
     /// Of void triangles too.
     half_edges: Cow<'a, [HalfEdges]>,
-    /// A triangle around each cell, if there is no table of cells' corners.
-    first_triangle: Option<&'a [u32]>,
     /// A data triangle at which searches start.
     start: u32,
     /// Global number of each cell in the model; empty if it is the cell's row.
@@ -127,7 +125,6 @@ impl<'a> Grid<'a> {
             counts: [tables.cells(), tables.corners()],
             direction: direction.into(),
             half_edges: half_edges.into(),
-            first_triangle: None,
             start,
             cell_number: &[],
             lowest_facet: OnceLock::new(),
@@ -331,7 +328,6 @@ impl<'a> Grid<'a> {
     /// The corners of `cell` that are in the tables, without repetition, in the table's order. Beside a hole some are
     /// not triangles.
     pub fn corners_of(&self, cell: u32) -> impl Iterator<Item = u32> + '_ {
-        debug_assert!(self.first_triangle.is_none(), "ranks of a node do not share the corners of cells");
         let table = self.tables.cell_corner;
         let row = self.tables.cell_corner_row;
         let used = self.tables.cell_corner_count.map_or(row, |count| count.get(cell as usize) as usize);
@@ -361,10 +357,7 @@ impl<'a> Grid<'a> {
     /// each with the number of the cell among its vertices.
     #[inline(always)]
     fn triangles_and_places(&self, cell: u32) -> impl Iterator<Item = (u32, usize)> + '_ {
-        let first = match self.first_triangle {
-            Some(table) => table.get(cell as usize).copied().filter(|first| self.is_triangle(*first)),
-            None => self.corners_of(cell).find(|corner| self.is_triangle(*corner)),
-        };
+        let first = self.corners_of(cell).find(|corner| self.is_triangle(*corner));
         let at = |triangle: u32| self.triangle(triangle).iter().position(|other| *other == cell);
         let first = first.and_then(|triangle| Some((triangle, at(triangle)?)));
         std::iter::successors(first, move |&(triangle, k)| {

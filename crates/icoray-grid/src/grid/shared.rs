@@ -12,28 +12,28 @@ use std::sync::{Arc, OnceLock};
 const EMPTY: Indices<'static> = Indices::I32(&[]);
 
 impl OwnedGrid {
-    /// Calls `write` with the arrays of a block that [`Grid::of_block`] reads: latitudes of cells, positions of corners,
-    /// a triangle around each cell, and all that derives from the tables, macrocells included, which are made for it.
+    /// Calls `write` with the arrays of a block that [`Grid::of_block`] reads: latitudes and corners of cells, positions of
+    /// corners, and all that derives from the tables, macrocells included, which are made for it. Rows of cells with
+    /// fewer corners repeat one of them.
     pub fn with_arrays<R>(&self, write: impl FnOnce(&[&[u8]]) -> R) -> R {
         let (grid, tables) = (self.grid(), self.tables());
         let numbers = [
             grid.cells() as u64,
             grid.triangles() as u64,
+            tables.connectivity.cell_corner_row as u64,
             u64::from(grid.start),
             grid.lowest_facet().to_bits(),
             grid.longest_side().to_bits(),
         ];
-        let first = |cell: u32| grid.triangles_around(cell).next().unwrap_or(u32::MAX);
-        let first: Vec<u32> = (0..grid.cells() as u32).map(first).collect();
         let [of_triangle, triangle_in] = grid.macrocells().arrays();
         write(&[
             bytemuck::cast_slice(&numbers),
             bytemuck::cast_slice(&tables.center[1]),
             bytemuck::cast_slice(&tables.corner[0]),
             bytemuck::cast_slice(&tables.corner[1]),
+            bytemuck::cast_slice(&tables.connectivity.cell_corner),
             bytemuck::cast_slice(&grid.direction),
             bytemuck::cast_slice(&grid.half_edges),
-            bytemuck::cast_slice(&first),
             bytemuck::cast_slice(&tables.cell_number),
             bytemuck::cast_slice(of_triangle),
             bytemuck::cast_slice(triangle_in),
@@ -55,23 +55,23 @@ impl<'a> Arrays<'a> {
 }
 
 impl<'a> Grid<'a> {
-    /// The grid of a block that [`OwnedGrid::with_arrays`] wrote, read in place. Of its tables only the latitudes of
-    /// cells and the positions of corners are not empty.
+    /// The grid of a block that [`OwnedGrid::with_arrays`] wrote, read in place. Of its tables only the latitudes and
+    /// the corners of cells, and the positions of corners, are not empty.
     ///
     /// # Errors
     /// [`ErrorKind::Internal`](crate::ErrorKind::Internal) if arrays are missing.
     pub fn of_block(block: &'a [u8]) -> Result<Self> {
         let mut arrays = Arrays { block, next: 0 };
         let numbers: &[u64] = arrays.read()?;
-        let [lowest_facet, longest_side] = [numbers[3], numbers[4]].map(f64::from_bits);
+        let [lowest_facet, longest_side] = [numbers[4], numbers[5]].map(f64::from_bits);
         // Fields are evaluated in the order in which they stand here, which is that of the arrays.
         Ok(Grid {
             tables: GridTables {
                 index_base: 0,
                 center: LonLat::of(&[], arrays.read()?),
                 corner: LonLat::of(arrays.read()?, arrays.read()?),
-                cell_corner: EMPTY,
-                cell_corner_row: 0,
+                cell_corner: Indices::I32(arrays.read()?),
+                cell_corner_row: numbers[2] as usize,
                 cell_corner_count: None,
                 corner_cell: EMPTY,
                 corner_edge: EMPTY,
@@ -80,17 +80,12 @@ impl<'a> Grid<'a> {
             counts: [numbers[0] as usize, numbers[1] as usize],
             direction: arrays.read()?.into(),
             half_edges: arrays.read()?.into(),
-            first_triangle: Some(arrays.read()?),
-            start: numbers[2] as u32,
+            start: numbers[3] as u32,
             cell_number: arrays.read()?,
             lowest_facet: lowest_facet.into(),
             longest_side: longest_side.into(),
             macrocells: OnceLock::new(),
-            shared_macrocells: Some(Macrocells::of_arrays(
-                lowest_facet,
-                arrays.read()?.into(),
-                arrays.read()?.into(),
-            )),
+            shared_macrocells: Some(Macrocells::of_arrays(lowest_facet, arrays.read()?.into(), arrays.read()?.into())),
             table_hashes: OnceLock::new(),
             life: Arc::default(),
         })

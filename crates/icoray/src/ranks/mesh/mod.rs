@@ -226,9 +226,9 @@ fn set_corners(to: &mut Connectivity, corner_cell: &[i32], cells: &[CellRow], co
         for (k, place) in place.iter_mut().enumerate().take(around.len()) {
             // Cells of other nodes have only some of their corners here, in any order.
             let at = if cell.order.len() == around.len() { usize::from(cell.order[k]) } else { k };
-            *place = around.get(at).copied().unwrap_or(MISSING);
+            *place = around.get(at).or(around.last()).copied().unwrap_or(MISSING);
         }
     }
-    to.cell_corner_count = around.iter().map(|around| around.len().max(3) as i32).collect();
+    to.cell_corner_count = vec![row as i32; cells.len()];
     (to.cell_corner, to.cell_corner_row) = (table, row);
 }
