@@ -223,10 +223,12 @@ fn set_corners(to: &mut Connectivity, corner_cell: &[i32], cells: &[CellRow], co
     let mut table = vec![MISSING; row * cells.len()];
     for ((cell, around), place) in cells.iter().zip(&mut around).zip(table.chunks_exact_mut(row)) {
         around.sort_by_key(|corner| corners[*corner as usize].key());
-        for (k, place) in place.iter_mut().enumerate().take(around.len()) {
+        for (k, place) in place.iter_mut().enumerate() {
+            // A longer row repeats the last corner.
+            let k = k.min(around.len().saturating_sub(1));
             // Cells of other nodes have only some of their corners here, in any order.
-            let at = if cell.order.len() == around.len() { usize::from(cell.order[k]) } else { k };
-            *place = around.get(at).or(around.last()).copied().unwrap_or(MISSING);
+            let at = cell.order.get(k).filter(|_| cell.order.len() == around.len()).map_or(k, |at| usize::from(*at));
+            *place = around.get(at).copied().unwrap_or(MISSING);
         }
     }
     to.cell_corner_count = vec![row as i32; cells.len()];
