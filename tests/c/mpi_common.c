@@ -1,5 +1,7 @@
 #include "mpi_common.h"
 
+#include <math.h>
+
 int rank, ranks;
 
 void begin(int *argc, char ***argv)
