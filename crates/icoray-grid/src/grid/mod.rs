@@ -20,7 +20,6 @@ mod points;
 mod shared;
 mod table_names;
 mod tables;
-mod triangle_orientation;
 mod triangles;
 
 pub use check::unit_vector;
@@ -38,7 +37,6 @@ use crate::macrocells::Macrocells;
 use crate::{hash, memory};
 use glam::DVec3;
 use half_edges::{HalfEdges, place};
-use hole_filling::HoleFilling;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock, Weak};
@@ -108,18 +106,15 @@ impl<'a> Grid<'a> {
         let has_hole = check::has_hole(&tables)?;
         let mut direction = check::directions(&tables)?;
         check::indices(&tables, has_hole)?;
-        let orientations = check::triangles(&tables, &direction, has_hole)?;
-        check::folds(&tables, &orientations)?;
+        let mut half_edges = check::triangles(&tables, &direction, has_hole)?;
+        check::folds(&tables, &half_edges)?;
         check::cells(&tables)?;
-        let hole_filling = if has_hole {
-            hole_filling::fill_holes(&tables, &mut direction, &orientations)?
-        } else {
-            HoleFilling::default()
-        };
-        check::covers(&tables, &direction, &orientations, &hole_filling)?;
-        let start =
-            orientations.iter().position(|orientation| orientation.is_triangle()).unwrap_or(orientations.len()) as u32;
-        let half_edges = half_edges::half_edges(&tables, &orientations, &hole_filling)?;
+        if has_hole {
+            hole_filling::fill_holes(&tables, &mut direction, &mut half_edges)?;
+        }
+        check::covers(&direction, &half_edges, half_edges.len() > tables.corners())?;
+        let rows = tables.corners();
+        let start = half_edges[..rows].iter().position(HalfEdges::is_triangle).unwrap_or(rows) as u32;
         Ok(Grid {
             tables,
             counts: [tables.cells(), tables.corners()],
@@ -406,10 +401,7 @@ fn made<X>(cell: &OnceLock<X>, make: impl FnOnce() -> X) -> &X {
     }
 }
 
-/// Bytes that [`Grid::new`] allocates for a sphere without holes: directions, half-edges and, during the check,
-/// orientations, twice.
+/// Bytes that [`Grid::new`] allocates for a sphere without holes: directions and half-edges.
 fn setup_bytes(tables: &GridTables) -> u64 {
-    let [cells, triangles] = [tables.cells(), tables.corners()].map(|count| count as u64);
-    let per_triangle = 3 * size_of::<triangle_orientation::TriangleOrientation>() + size_of::<HalfEdges>();
-    cells * size_of::<[f64; 3]>() as u64 + triangles * per_triangle as u64
+    (tables.cells() * size_of::<[f64; 3]>() + tables.corners() * size_of::<HalfEdges>()) as u64
 }
