@@ -294,8 +294,8 @@ fn half_edges_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usiz
             cells.map(number)
         )));
     }
-    // The triangle beyond the side opposite each cell and its row; `Some(None)` at the rim.
-    let mut sides: [Option<Option<(usize, [i64; 3])>>; 3] = [None; 3];
+    // The triangle beyond the side opposite each cell; `Some(None)` at the rim.
+    let mut sides = [None; 3];
     for (column, edge) in row::<3>(t, t.corner_edge, r).into_iter().enumerate() {
         let ends: [i64; 2] = t.edge_corner.row(edge);
         if ends[0] == ends[1] || !ends.contains(&number(r)) {
@@ -333,7 +333,7 @@ fn half_edges_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usiz
                 number(r)
             )));
         }
-        if sides[k].replace(is_joined.then_some((other, beyond))).is_some() {
+        if sides[k].replace(is_joined.then_some(other)).is_some() {
             return Err(Error::grid(format!(
                 "{}: this edge and one before it lie opposite cell {}, expected one side per cell",
                 named_entry(t, "corner_edge", r, column),
@@ -356,7 +356,8 @@ fn half_edges_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usiz
     let order = COLUMNS[usize::from(det < 0.0)];
     let wound = order.map_inline(|column| cells[column]);
     let beyond = [0, 1, 2].map_inline(|k: usize| {
-        let Some((other, theirs)) = sides[order[k]].flatten() else { return HalfEdges::RIM };
+        let Some(other) = sides[order[k]].flatten() else { return HalfEdges::RIM };
+        let theirs: [i64; 3] = t.corner_cell.row(other);
         // The other triangle passes the side in the opposite direction, if it winds alike.
         let [from, to] = [number(wound[(k + 2) % 3]), number(wound[(k + 1) % 3])];
         let begins = (0..3).find(|&i| theirs[i] == from).unwrap_or(0);
