@@ -13,19 +13,10 @@ struct Direction {
 }
 
 @group(0) @binding(1) var<storage, read> directions: array<Direction>;
-// The cells of each triangle, and the triangles beyond the sides opposite them. Triangles without data follow those of
+// The cells of each triangle, counter-clockwise, and the triangles beyond the sides opposite them. Triangles without data follow those of
 // the table.
 @group(0) @binding(2) var<storage, read> triangle_cells: array<u32>;
 @group(0) @binding(3) var<storage, read> beyond: array<u32>;
-// Four of `TriangleOrientation` in a word, the first one lowest.
-@group(0) @binding(4) var<storage, read> orientations: array<u32>;
-
-const ORIENTATION_CLOCKWISE: u32 = 64u;
-const ORIENTATION_ABSENT: u32 = 128u;
-
-fn grid_orientation(triangle: u32) -> u32 {
-    return (orientations[triangle >> 2u] >> (8u * (triangle & 3u))) & 255u;
-}
 
 fn grid_is_void(triangle: u32) -> bool {
     return HAS_VOID && triangle >= params.triangles;
@@ -45,15 +36,12 @@ fn grid_across(triangle: u32, k: u32) -> u32 {
     return beyond[3u * triangle + k];
 }
 
-fn grid_is_clockwise(triangle: u32) -> bool {
-    return !grid_is_void(triangle) && (grid_orientation(triangle) & ORIENTATION_CLOCKWISE) != 0u;
-}
-
 fn grid_standing(hint: u32) -> u32 {
     if grid_is_void(hint) {
         return hint;
     }
-    if hint < params.triangles && (grid_orientation(hint) & ORIENTATION_ABSENT) == 0u {
+    // A row that is no triangle has one cell three times.
+    if hint < params.triangles && triangle_cells[3u * hint] != triangle_cells[3u * hint + 1u] {
         return hint;
     }
     return params.start;

@@ -9,7 +9,7 @@ override PAGES: u32 = 1u;
 override HAS_PLACES: bool = false;
 
 // The numbers of cells' columns.
-@group(0) @binding(7) var<storage, read> places: array<u32>;
+@group(0) @binding(6) var<storage, read> places: array<u32>;
 #each @group(1) @binding(PAGE) var<storage, read> field_PAGE: array<f32>;
 
 // Offset of a column.

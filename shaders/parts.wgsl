@@ -13,7 +13,7 @@ struct Passed {
 
 const LOST: u32 = 0x80000000u;
 
-@group(0) @binding(10) var<storage, read_write> passed: array<Passed>;
+@group(0) @binding(9) var<storage, read_write> passed: array<Passed>;
 
 @compute @workgroup_size(8, 8)
 fn parts(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) id: vec3u) {

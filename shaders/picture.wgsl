@@ -22,7 +22,7 @@ struct Pixel {
 const MISSED: f32 = -1.0;
 const LOST: f32 = -2.0;
 
-@group(0) @binding(10) var<storage, read_write> pixels: array<Pixel>;
+@group(0) @binding(9) var<storage, read_write> pixels: array<Pixel>;
 
 @compute @workgroup_size(8, 8)
 fn picture(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) id: vec3u) {

@@ -15,7 +15,7 @@ struct Piece {
     hint: u32,
 }
 
-@group(0) @binding(9) var<storage, read> pieces: array<Piece>;
+@group(0) @binding(8) var<storage, read> pieces: array<Piece>;
 // The unit vector through the middle of a pixel: `Camera::direction`.
 fn direction(x: u32, y: u32) -> Wide3 {
     let half_pixel = Wide(params.half_pixel_hi, params.half_pixel_lo);

@@ -13,7 +13,7 @@ struct ShellLayer {
     inverse: f32,
 }
 
-@group(0) @binding(8) var<storage, read> shell: array<ShellLayer>;
+@group(0) @binding(7) var<storage, read> shell: array<ShellLayer>;
 
 fn shell_radius(layer: u32) -> Wide {
     return Wide(shell[layer].radius_hi, shell[layer].radius_lo);

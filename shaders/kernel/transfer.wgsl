@@ -22,8 +22,8 @@ struct Step {
     slope: f32,
 }
 
-@group(0) @binding(5) var<storage, read> spans: array<Span>;
-@group(0) @binding(6) var<storage, read> steps: array<Step>;
+@group(0) @binding(4) var<storage, read> spans: array<Span>;
+@group(0) @binding(5) var<storage, read> steps: array<Step>;
 
 fn span_holds(span: Span, segment: Segment) -> bool {
     let swing = 0.5 * abs(segment.kappa);

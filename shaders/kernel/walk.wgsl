@@ -42,11 +42,6 @@ fn contour_inside(plane: Plane, triangle: u32, contour: ptr<function, Contour>) 
     for (var k = 0u; k < 3u; k++) {
         seen[k] = plane_see(plane, cells[k], grid_direction(cells[k]));
     }
-    if grid_is_clockwise(triangle) {
-        let second = seen[1];
-        seen[1] = seen[2];
-        seen[2] = second;
-    }
     for (var k = 0u; k < 3u; k++) {
         let right = (k + 1u) % 3u;
         if plane_vertex_is_left(seen[k]) && !plane_vertex_is_left(seen[right]) {

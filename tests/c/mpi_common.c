@@ -1,5 +1,7 @@
 #include "mpi_common.h"
 
+#include <math.h>
+
 int rank, ranks;
 
 void begin(int *argc, char ***argv)
@@ -87,10 +89,30 @@ const char *by_rank(int odd)
     return text_of("rank %d: ", odd);
 }
 
+World at_corners(const World *w)
+{
+    World other = *w;
+    size_t numbers = (size_t)(w->grid.corners * w->layers);
+    int32_t *counts;
+    other.values = allocate(numbers + (size_t)w->grid.cells, sizeof *other.values);
+    counts = (int32_t *)(void *)(other.values + numbers);
+    for (size_t i = 0; i < numbers; i++) {
+        other.values[i] = (float)sin(0.1 * (double)i);
+    }
+    for (int64_t cell = 0; cell < w->grid.cells; cell++) {
+        counts[cell] = (int32_t)w->grid.cell_corner_row;
+    }
+    other.array.data = other.values;
+    other.array.location = ICORAY_CORNER;
+    other.array.columns = w->grid.corners;
+    other.grid.cell_corner_count = counts;
+    return other;
+}
+
 icoray_status execute_spoilt(icoray_ctx *ctx, const icoray_grid *grid, int64_t step, int is_here)
 {
-    size_t bytes = 3 * (size_t)grid->corners * (grid->index_type == ICORAY_I64 ? 8 : 4);
-    void *table = (void *)(uintptr_t)grid->corner_cell, *kept = allocate(bytes + 1, 1);
+    size_t bytes = (size_t)grid->cells * sizeof(int32_t);
+    void *table = (void *)(uintptr_t)grid->cell_corner_count, *kept = allocate(bytes + 1, 1);
     icoray_status status;
     memcpy(kept, table, bytes);
     if (is_here) {

@@ -38,12 +38,15 @@ void refused_by_all(icoray_status status, icoray_status expected, const char *pa
 /* The communicator of all ranks, as icoray_open takes it. */
 #define EVERYONE ((int32_t)MPI_Comm_c2f(MPI_COMM_WORLD))
 
-/* A key of scenes whose rays read the model's tables in every frame: f32 walks over half-edges that it keeps. */
-#define READS_TABLES "precision = \"f64\"\n"
+/*
+ * The world with another field, at its corners, and a table of the numbers of its cells' corners, which the averages of
+ * every frame read. The field's values are to be freed.
+ */
+World at_corners(const World *w);
 
 /*
- * icoray_execute with a table that the model has overwritten on this rank: in a scene that READS_TABLES a panic, which
- * breaks the context of all.
+ * icoray_execute with numbers of cells' corners that the model has overwritten on this rank: with a world at_corners a panic,
+ * which breaks the context of all.
  */
 icoray_status execute_spoilt(icoray_ctx *ctx, const icoray_grid *grid, int64_t step, int is_here);
 

@@ -244,12 +244,14 @@ static void whole(int odd)
 /* A panic on one rank breaks the context of all. */
 static void inside(int odd)
 {
-    icoray_ctx *ctx = together(MPI_COMM_WORLD, directory, &w, (icoray_config){0});
-    set_scene(ctx, 40, READS_TABLES);
+    World other = at_corners(&w);
+    icoray_ctx *ctx = together(MPI_COMM_WORLD, directory, &other, (icoray_config){0});
+    set_scene(ctx, 40, "");
     drawn(ctx, ICORAY_TILES);
-    ALL_REFUSED(INTERNAL, by_rank(odd), execute_spoilt(ctx, &w.grid, step + 1, rank == odd));
+    ALL_REFUSED(INTERNAL, by_rank(odd), execute_spoilt(ctx, &other.grid, step + 1, rank == odd));
     ALL_REFUSED(INTERNAL, "accepts no more calls", icoray_part_set(ctx, &mine.part));
     OK(icoray_close(&ctx));
+    free(other.values);
 }
 
 /* A full file system at rank 0 is an error on all ranks, and the next frame is tried. */

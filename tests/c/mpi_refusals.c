@@ -128,15 +128,17 @@ static void at_open(int odd)
 /* A panic on one rank breaks the context of all. */
 static void inside(int odd)
 {
-    icoray_ctx *ctx = fresh();
+    World other = at_corners(&w);
+    icoray_ctx *ctx = together(MPI_COMM_WORLD, directory, &other, (icoray_config){0});
     int32_t wants = 1;
-    set_scene(ctx, 48, READS_TABLES);
+    set_scene(ctx, 48, "");
     good(ctx);
-    ALL_REFUSED(INTERNAL, by_rank(odd), execute_spoilt(ctx, &w.grid, step + 1, rank == odd));
+    ALL_REFUSED(INTERNAL, by_rank(odd), execute_spoilt(ctx, &other.grid, step + 1, rank == odd));
     ALL_REFUSED(INTERNAL, "accepts no more calls", icoray_execute(ctx, step + 1, 0.0, NULL));
     CHECK(icoray_wants(ctx, step + 1, 0.0, &wants) == ICORAY_ERR_INTERNAL && wants == 0);
     ALL_REFUSED(INTERNAL, "accepts no more calls", icoray_wait(ctx));
     OK(icoray_close(&ctx));
+    free(other.values);
     ctx = fresh();
     good(ctx);
     OK(icoray_close(&ctx));

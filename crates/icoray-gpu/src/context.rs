@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use wgpu::BufferUsages;
 
 /// Largest number of storage buffers of a shader besides its pages, which come in pairs.
-pub(crate) const NON_PAGE_STORAGE_BUFFERS: u32 = 14;
+pub(crate) const NON_PAGE_STORAGE_BUFFERS: u32 = 13;
 
 /// Open devices that nobody uses. GPUs are closed only if they are lost: with NVIDIA's driver the process waits for
 /// ever if one thread closes a device while another compiles a shader (seen with 580.159). Processors are closed, and

@@ -12,8 +12,8 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 pub(crate) struct DeviceMesh {
     /// A triangle that exists.
     pub start: u32,
-    /// Bindings 1 to 4.
-    pub buffers: [wgpu::Buffer; 4],
+    /// Bindings 1 to 3.
+    pub buffers: [wgpu::Buffer; 3],
     pub culling: Culling,
     cell_triangles: OnceLock<CellTriangles>,
 }
@@ -63,13 +63,10 @@ impl DeviceMesh {
         let cells: Vec<[u32; 3]> = (0..all).into_par_iter().map(|triangle| grid.triangle(triangle)).collect();
         let across = |triangle: u32| [0, 1, 2].map(|k| grid.across(triangle, k));
         let beyond: Vec<[u32; 3]> = (0..all).into_par_iter().map(across).collect();
-        let mut orientations: Vec<u8> = bytemuck::cast_slice(grid.orientations()).to_vec();
-        orientations.resize(orientations.len().next_multiple_of(4), 0);
         let buffers = [
             ctx.storage("directions of cells", &directions)?,
             ctx.storage("cells of triangles", &cells)?,
             ctx.storage("neighbours of triangles", &beyond)?,
-            ctx.storage("orientations of triangles", &orientations)?,
         ];
         Ok(DeviceMesh {
             start: grid.nearest_valid_triangle(0),
@@ -84,12 +81,11 @@ impl DeviceMesh {
         if let Some(known) = self.cell_triangles.get() {
             return Ok((known, 0));
         }
-        let triangles = |cell: u32| grid.corners_of(cell).filter(|&corner| grid.is_triangle(corner));
         let cells = grid.cells() as u32;
-        let row = (0..cells).into_par_iter().map(|cell| triangles(cell).count()).max().unwrap_or(0).max(1);
+        let row = (0..cells).into_par_iter().map(|cell| grid.triangles_around(cell).count()).max().unwrap_or(0).max(1);
         let mut rows = vec![gradient::NONE; grid.cells() * row];
         rows.par_chunks_exact_mut(row).zip(0..cells).for_each(|(places, cell)| {
-            places.iter_mut().zip(triangles(cell)).for_each(|(place, triangle)| *place = triangle);
+            places.iter_mut().zip(grid.triangles_around(cell)).for_each(|(place, triangle)| *place = triangle);
         });
         let buffer = ctx.storage("triangles around cells", &rows)?;
         let bytes = buffer.size();

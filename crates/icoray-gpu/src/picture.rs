@@ -21,7 +21,7 @@ pub(crate) struct Picture<'p> {
     pub job: &'p Job<'p>,
     pub mesh: Arc<DeviceMesh>,
     pub entries: Arc<RayEntries>,
-    /// Bindings 8, 9 and 11: spans and steps of the transfer function, and layers of the shell.
+    /// Bindings 4, 5 and 7: spans and steps of the transfer function, and layers of the shell.
     tables: [PooledBuffer; 3],
 }
 

@@ -8,10 +8,10 @@ use std::sync::{Mutex, PoisonError};
 use wgpu::BufferBindingType::{self, Storage, Uniform};
 
 /// Bindings of group 0, in order.
-const TABLES: [BufferBindingType; 11] = {
-    let mut kinds = [READ; 11];
+const TABLES: [BufferBindingType; 10] = {
+    let mut kinds = [READ; 10];
     kinds[0] = Uniform;
-    kinds[10] = READ_WRITE;
+    kinds[9] = READ_WRITE;
     kinds
 };
 

@@ -146,7 +146,7 @@ impl<'g> GapFinder<'g> {
     #[inline(always)]
     fn read<V: Simd>(&mut self, simd: V, triangle: u32, over: &[u32]) {
         let GridPair { fine, field, radius, coarse, cells, .. } = self.pair;
-        let vertices = coarse.counterclockwise(triangle).0;
+        let vertices = coarse.triangle(triangle);
         let at = vertices.map_inline(|cell| coarse.direction(cell));
         let normal = [0, 1, 2].map_inline(|k: usize| at[(k + 1) % 3].cross(at[(k + 2) % 3]));
         let plane: DVec3 = normal.into_iter().sum();

@@ -110,8 +110,7 @@ impl OccupancyMask {
         if self.is_full() {
             return 0..layers;
         }
-        let triangles = grid.corners_of(cell).filter(|corner| grid.is_triangle(*corner));
-        let blocks = triangles.fold(0, |all, triangle| all | self.blocks_over(triangle));
+        let blocks = grid.triangles_around(cell).fold(0, |all, triangle| all | self.blocks_over(triangle));
         if blocks == 0 {
             return 0..0;
         }

@@ -9,6 +9,7 @@
 use super::plane::{Plane, PlaneVertex, Point, RayLine};
 use glam::DVec3;
 use icoray_grid::Grid;
+use icoray_grid::grid::half_edges::{half_edge, place};
 use std::collections::HashSet;
 
 /// A triangle with the two sides through which a great circle passes: in between `left` and `right`, out between one
@@ -17,8 +18,8 @@ use std::collections::HashSet;
 pub(crate) struct Contour<'g, 'a> {
     grid: &'g Grid<'a>,
     plane: Plane,
-    triangle: u32,
-    cells: [u32; 3],
+    /// The half-edge of the side of entry.
+    half_edge: u32,
     left: PlaneVertex,
     right: PlaneVertex,
     apex: PlaneVertex,
@@ -44,16 +45,13 @@ impl<'g, 'a> Contour<'g, 'a> {
     /// The circle inside `triangle`, or `None` if all three vertices lie on one side of it.
     #[inline]
     fn inside(grid: &'g Grid<'a>, plane: Plane, triangle: u32) -> Option<Self> {
-        let cells = grid.triangle(triangle);
+        let [a, b, c] = grid.triangle(triangle);
         let see = |cell| plane.project(cell, grid.direction(cell));
-        let mut seen = [see(cells[0]), see(cells[1]), see(cells[2])];
-        if grid.is_clockwise(triangle) {
-            seen.swap(1, 2);
-        }
+        let seen = [see(a), see(b), see(c)];
         // Counter-clockwise from outside, the side of entry leads from left to right.
         let k = (0..3).find(|&k| seen[k].is_left() && !seen[(k + 1) % 3].is_left())?;
         let (left, right, apex) = (seen[k], seen[(k + 1) % 3], seen[(k + 2) % 3]);
-        Some(Contour { grid, plane, triangle, cells, left, right, apex })
+        Some(Contour { grid, plane, half_edge: half_edge(triangle, k), left, right, apex })
     }
 
     /// The circle at `triangle` or, if rounding puts it just outside, in the nearest adjacent triangle.
@@ -96,45 +94,38 @@ impl<'g, 'a> Contour<'g, 'a> {
         Crossing::between(left, right)
     }
 
+    /// Crosses the side opposite the vertex that is `turn` places behind the start of the side of entry. Returns the
+    /// half-edge of that side in the next triangle, and the vertex opposite it.
     #[inline]
-    fn column_of(&self, cell: u32) -> usize {
-        if self.cells[0] == cell { 0 } else { 1 + usize::from(self.cells[1] != cell) }
-    }
-
-    /// Crosses the side opposite `behind` into the next triangle and returns the vertex that is new there.
-    #[inline]
-    fn cross(&mut self, behind: u32) -> PlaneVertex {
-        let kept = self.cells[0].wrapping_add(self.cells[1]).wrapping_add(self.cells[2]).wrapping_sub(behind);
-        self.triangle = self.grid.across(self.triangle, self.column_of(behind));
-        self.cells = self.grid.triangle(self.triangle);
-        // The two triangles share two cells, so the sums differ by the new one.
-        let new = self.cells[0].wrapping_add(self.cells[1]).wrapping_add(self.cells[2]).wrapping_sub(kept);
-        self.plane.project(new, self.grid.direction(new))
+    fn cross(&self, turn: usize) -> (u32, PlaneVertex) {
+        let (triangle, begins) = place(self.half_edge);
+        let half_edge = self.grid.half_edges()[triangle as usize].beyond((begins + turn) % 3);
+        let (triangle, begins) = place(half_edge);
+        let new = self.grid.triangle(triangle)[(begins + 2) % 3];
+        (half_edge, self.plane.project(new, self.grid.direction(new)))
     }
 
     #[inline]
     fn forward(&mut self) {
-        if self.apex.is_left() {
-            let new = self.cross(self.left.cell);
-            self.left = self.apex;
-            self.apex = new;
-        } else {
-            let new = self.cross(self.right.cell);
-            self.right = self.apex;
-            self.apex = new;
-        }
+        let is_left = self.apex.is_left();
+        let (half_edge, new) = self.cross(usize::from(!is_left));
+        self.half_edge = half_edge;
+        *(if is_left { &mut self.left } else { &mut self.right }) = std::mem::replace(&mut self.apex, new);
     }
 
     #[inline]
     fn backward(&mut self) {
-        let new = self.cross(self.apex.cell);
-        if new.is_left() {
-            self.apex = self.left;
-            self.left = new;
-        } else {
-            self.apex = self.right;
-            self.right = new;
-        }
+        let (crossed, new) = self.cross(2);
+        let (triangle, begins) = place(crossed);
+        // Of the side that was crossed, which runs from right to left here, the new vertex replaces one end.
+        let is_left = new.is_left();
+        self.half_edge = half_edge(triangle, (begins + if is_left { 2 } else { 1 }) % 3);
+        self.apex = std::mem::replace(if is_left { &mut self.left } else { &mut self.right }, new);
+    }
+
+    #[inline]
+    fn triangle(&self) -> u32 {
+        place(self.half_edge).0
     }
 }
 
@@ -167,7 +158,7 @@ fn locate_short(grid: &Grid, from: u32, middle: DVec3, target: DVec3) -> u32 {
     while goal.cross(contour.exit().point) <= 0.0 {
         contour.forward();
     }
-    contour.triangle
+    contour.triangle()
 }
 
 /// One end of a ray's path through a column.
@@ -281,8 +272,7 @@ impl<'g, 'a> Walk<'g, 'a> {
     /// The side through which the ray enters its first column, for packets.
     #[inline]
     pub fn side(&self) -> Side {
-        let Contour { grid, triangle, left, right, .. } = self.contour;
-        let half_edge = grid.half_edge(triangle, left.cell, right.cell);
+        let Contour { half_edge, left, right, .. } = self.contour;
         let end = ContourPoint { point: self.line.at(self.line.end), weight: [0.0; 2] };
         let ContourPoint { point, weight } = self.from.unwrap_or(end);
         Side { line: self.line, left, right, half_edge, point, weight, height: self.last.1, t: self.last.0 }
@@ -291,13 +281,13 @@ impl<'g, 'a> Walk<'g, 'a> {
     /// The triangle below the next column.
     #[inline]
     pub fn triangle(&self) -> u32 {
-        self.contour.triangle
+        self.contour.triangle()
     }
 
     /// Whether that triangle fills a hole: its cells have no values.
     #[inline]
     pub fn is_void(&self) -> bool {
-        self.contour.grid.is_void(self.contour.triangle)
+        self.contour.grid.is_void(self.triangle())
     }
 
     #[inline]

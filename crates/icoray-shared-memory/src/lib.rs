@@ -97,6 +97,15 @@ impl SharedMemory {
     }
 }
 
+/// Returns this process's freed memory to the system, where its C library keeps it for later allocations (glibc).
+pub fn trim_heap() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    // SAFETY: nothing is asked of the caller; memory that is in use stays.
+    unsafe {
+        libc::malloc_trim(0);
+    }
+}
+
 impl Drop for SharedMemory {
     fn drop(&mut self) {
         // SAFETY: the mapping, of which nothing is borrowed any more.

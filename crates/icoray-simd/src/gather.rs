@@ -29,7 +29,7 @@ fn middle<X, Y>(table: Table<'_, X>) -> *const Y {
 
 // SAFETY, for every gather below: indices are clamped to the table's last element, or to the last but one of `Pairs`,
 // so that every lane reads inside the slice that the table borrows. Indices of 32 bits are counted from the middle of
-// 2^32 elements, and those of records, vectors and rows are positive (`Table::MAX`, `Rows::new`).
+// 2^32 elements, and those of vectors and rows are positive (`Table::MAX`, `Rows::new`).
 
 /// An instruction set with gathers. An index beyond a table's end reads the table's last element.
 pub trait Machine: Gathers {
@@ -69,21 +69,6 @@ pub trait Machine: Gathers {
         let index = index + (index << 1);
         // SAFETY: above; three numbers are read of an element of three.
         unsafe { [self.doubles(from, index), self.doubles(from.add(1), index), self.doubles(from.add(2), index)] }
-    }
-
-    /// The members of the elements with these indices.
-    #[inline(always)]
-    fn gather_record(self, table: Table<'_, [u32; 4]>, index: Numbers<Self>) -> [Numbers<Self>; 4] {
-        let (from, index) = (table.elements().as_ptr().cast::<u32>(), index.min(table.last()) << 1);
-        // SAFETY: above; four numbers are read of an element of four.
-        unsafe {
-            [
-                self.words::<8>(from, index),
-                self.words::<8>(from.add(1), index),
-                self.words::<8>(from.add(2), index),
-                self.words::<8>(from.add(3), index),
-            ]
-        }
     }
 
     /// The elements with these indices, and those that follow them.

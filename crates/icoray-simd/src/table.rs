@@ -19,10 +19,9 @@ impl<X> Clone for Table<'_, X> {
 impl<X> Copy for Table<'_, X> {}
 
 impl<'t, X> Table<'t, X> {
-    /// Largest number of elements: what an index of 32 bits reaches, and of records of 16 and vectors of 24 bytes one
-    /// of 31 bits in units of 8 bytes.
+    /// Largest number of elements: what an index of 32 bits reaches, and of vectors of 24 bytes one of 31 bits
+    /// in units of 8 bytes.
     pub const MAX: usize = match size_of::<X>() {
-        16 => 1 << 30,
         24 => (1 << 31) / 3,
         _ => 1 << 32,
     };
@@ -134,7 +133,7 @@ mod tests {
         assert_eq!(Pairs::new(&[1.0f32, 2.0]).unwrap().last(), 0);
         assert!(Table::new(&[(); Table::<()>::MAX]).is_some());
         assert!(Table::new(&[(); Table::<()>::MAX + 1]).is_none());
-        // The last record and the last vector are within an index of 31 bits.
-        const { assert!((Table::<[u32; 4]>::MAX - 1) * 2 < 1 << 31 && (Table::<[f64; 3]>::MAX - 1) * 3 < 1 << 31) };
+        // The last vector is within an index of 31 bits.
+        const { assert!((Table::<[f64; 3]>::MAX - 1) * 3 < 1 << 31) };
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::results::{io_error, read_text, write_file};
 use icoray::Result;
+use icoray_shared_memory::trim_heap;
 use std::path::Path;
 
 /// Measures the peak memory of this process since `start`, beyond the memory at `start`.
@@ -9,6 +10,7 @@ pub(crate) struct PeakMemory(u64);
 
 impl PeakMemory {
     pub fn start() -> Result<Self> {
+        // Memory that is used again would not show as an increase.
         trim_heap();
         let path = Path::new("/proc/self/clear_refs");
         write_file(path, "5")?;
@@ -17,15 +19,6 @@ impl PeakMemory {
 
     pub fn bytes(&self) -> Result<u64> {
         Ok(status("VmHWM:")?.saturating_sub(self.0))
-    }
-}
-
-/// Returns freed memory to the system: reusing it would not show as an increase.
-fn trim_heap() {
-    #[cfg(target_env = "gnu")]
-    // SAFETY: nothing is asked of the caller; memory that is in use stays.
-    unsafe {
-        libc::malloc_trim(0);
     }
 }
 

@@ -164,7 +164,7 @@ impl Plan {
         let values = grid.cells() * self.radius.len();
         let words = if self.allows_single_gradients(scene) { 1 } else { 3 };
         let gradients = if scene.lighting.is_some() { words * values } else { 0 };
-        beyond_gathers(values, gradients, 3 * (grid.triangles() + grid.void_triangles()))
+        beyond_gathers(values, gradients)
     }
 
     /// Whether the scene's tolerance is far above the effect on light of gradients in single precision and of packed

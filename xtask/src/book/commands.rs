@@ -118,7 +118,10 @@ pub fn run(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Er
     let run = |(command, path): (Command, String)| {
         let started = Instant::now();
         let (lines, outcome) = lines_of(command, |_| {});
-        (path, started.elapsed().as_secs_f64(), outcome.map_err(Error::with(&lines)))
+        let seconds = started.elapsed().as_secs_f64();
+        // A run that is cut off shows which pages had ended.
+        step.note(&format!("{path} {seconds:.1} s"));
+        (path, seconds, outcome.map_err(Error::with(&lines)))
     };
     let mut failures = Vec::new();
     let work = |pages: Vec<_>| pages.into_iter().map(run).collect::<Vec<_>>();

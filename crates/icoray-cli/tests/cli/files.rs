@@ -210,7 +210,7 @@ fn plan_prints_the_data_that_are_left_out() {
     has(&text, &[&read, "left out: gradients (", "left out: table corner\n", "left out: native heights\n"]);
     assert_eq!(text.matches("read: ").count(), 1, "{text}");
     has(&text, &["cells per pixel: mean 0."]);
-    has(&text, &["\nmemory: ", "beside the model's arrays: tables of the grid ", "half-edges 3.75 KiB", "picture "]);
+    has(&text, &["\nmemory: ", "beside the model's arrays: tables of the grid ", "picture "]);
     assert!(!text.contains("hint"), "{text}");
 }
 

@@ -204,7 +204,7 @@ fn spans_of_few_knots() {
             let k = u32(inputs[2u * i + 1u]);
             let all = array<f32, 4>(f32(spans_find(f)), f32(spans_search(f)), f32(spans_follow(k, f)),
                 f32(spans_walk(k, f)));";
-        let beside = (params, &[(5, bytemuck::cast_slice(&spans))][..]);
+        let beside = (params, &[(4, bytemuck::cast_slice(&spans))][..]);
         let constants = [("FEW_KNOTS", 1.0)];
         let results = device.run_beside::<_, 4>(
             "#import kernel/transfer",

@@ -9,7 +9,7 @@ const RADIUS: [f64; 5] = [1.0, 1.02, 1.05, 1.06, 1.1];
 /// Value of a column's layers at a place: gap and value, or `None` outside of the shell or of the mesh. Layers are
 /// `lift` times as high.
 fn value_at(grid: &Grid, lift: f64, place: DVec3, value: impl Fn(u32, usize) -> f64) -> Option<(u32, usize, f64)> {
-    let cells = |t: u32| grid.counterclockwise(t).0.map(|cell| grid.direction(cell));
+    let cells = |t: u32| grid.triangle(t).map(|cell| grid.direction(cell));
     let weights = |t: u32| {
         let [a, b, c] = cells(t);
         [b.cross(c).dot(place), c.cross(a).dot(place), a.cross(b).dot(place)]
@@ -23,7 +23,7 @@ fn value_at(grid: &Grid, lift: f64, place: DVec3, value: impl Fn(u32, usize) -> 
     let part = (height - RADIUS[gap]) / (RADIUS[gap + 1] - RADIUS[gap]);
     let sum: f64 = weights.iter().sum();
     let at = |layer: usize| {
-        let numbers = grid.counterclockwise(triangle).0;
+        let numbers = grid.triangle(triangle);
         numbers.iter().zip(weights).map(|(cell, weight)| value(*cell, layer) * weight / sum).sum::<f64>()
     };
     Some((triangle, gap, (1.0 - part) * at(gap) + part * at(gap + 1)))

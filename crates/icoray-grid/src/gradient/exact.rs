@@ -30,10 +30,7 @@ impl Ring {
         self.neighbours.clear();
         self.fans.clear();
         let a = grid.direction(cell);
-        for triangle in grid.corners_of(cell).filter(|&corner| grid.is_triangle(corner)) {
-            let cells = grid.triangle(triangle);
-            let k = cells.iter().position(|&c| c == cell).expect("the grid's check found the cell at its corners");
-            let others = [cells[(k + 1) % 3], cells[(k + 2) % 3]];
+        for others in grid.fans(cell) {
             let [b, c] = others.map_inline(|o| grid.direction(o) - a);
             let volume = a.dot(b.cross(c));
             let others = others.map_inline(|o| {

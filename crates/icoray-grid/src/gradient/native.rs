@@ -31,7 +31,7 @@ pub fn gradients<S: Sample>(
     rows.for_each_init(Vec::new, |around_cell: &mut Vec<[u32; 2]>, (cell, row)| {
         let around = NeighborColumns { grid, heights, samples, cell: cell as u32 };
         around_cell.clear();
-        around_cell.extend(fans(grid, cell as u32));
+        around_cell.extend(grid.fans(cell as u32));
         for (layer, gradient) in row.iter_mut().enumerate() {
             *gradient = narrowed(around.mean(around_cell, layer));
         }
@@ -45,7 +45,7 @@ pub fn normals(grid: &Grid, heights: &Heights, layer: usize, mut memory: Vec<[f3
     let place = |cell: u32| heights.radius(cell, layer) * grid.direction(cell);
     let normal = |cell: u32| {
         let (up, own) = (grid.direction(cell), place(cell));
-        let across = fans(grid, cell).map(|others| {
+        let across = grid.fans(cell).map(|others| {
             let [b, c] = others.map_inline(|other| place(other) - own);
             let across = b.cross(c);
             if across.dot(up) < 0.0 { -across } else { across }
@@ -54,16 +54,6 @@ pub fn normals(grid: &Grid, heights: &Heights, layer: usize, mut memory: Vec<[f3
     };
     (0..grid.cells() as u32).into_par_iter().with_min_len(256).map(normal).collect_into_vec(&mut memory);
     memory
-}
-
-/// The two other cells of each triangle around a cell.
-fn fans<'g>(grid: &'g Grid, cell: u32) -> impl Iterator<Item = [u32; 2]> + 'g {
-    let triangles = grid.corners_of(cell).filter(|corner| grid.is_triangle(*corner));
-    triangles.map(move |triangle| {
-        let cells = grid.triangle(triangle);
-        let k = cells.iter().position(|other| *other == cell).unwrap_or(0);
-        [cells[(k + 1) % 3], cells[(k + 2) % 3]]
-    })
 }
 
 /// A cell's column and those around it.

@@ -7,16 +7,16 @@
 //! All passes are parallel over rows; the first bad row in table order is reported, so the message does not depend on
 //! the number of threads.
 
-use super::hole_filling::HoleFilling;
+use super::half_edges::{HalfEdges, half_edge, place};
 use super::table_names::{entry, item, named, named_entry, named_row, row as row_of, rows};
 use super::tables::{GridTables, Indices, LonLat};
-use super::triangle_orientation::TriangleOrientation;
 use crate::array::MapInline;
 use crate::error::{Error, ErrorKind, Result};
 use crate::memory;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A triangle is degenerate if twice its area is below this fraction of its longest side squared.
 const SLIVER: f64 = 1e-9;
@@ -257,21 +257,33 @@ fn row<const N: usize>(t: &GridTables, table: Indices, r: usize) -> [usize; N] {
     row
 }
 
-/// Finds each triangle's orientation, and that its cells, its edges and the triangles beyond them agree.
-pub(super) fn triangles(t: &GridTables, direction: &[[f64; 3]], has_hole: bool) -> Result<Vec<TriangleOrientation>> {
-    let rows = (0..t.corners()).into_par_iter().with_min_len(4096);
-    let orientations: Vec<std::result::Result<TriangleOrientation, ()>> =
-        rows.map(|r| orientation_of(t, direction, has_hole, r).map_err(|_| ())).collect();
-    // The message is made once, for the first bad row.
-    if let Some(r) = orientations.iter().position(std::result::Result::is_err) {
-        return Err(orientation_of(t, direction, has_hole, r).expect_err("the same row was bad a moment ago"));
+/// The half-edges of each triangle, whose cells, edges and the triangles beyond them agree. Not known is whether these
+/// wind as it does ([`folds`]).
+pub(super) fn triangles(t: &GridTables, direction: &[[f64; 3]], has_hole: bool) -> Result<Vec<HalfEdges>> {
+    let (rows, most) = (t.corners(), HalfEdges::MAX_TRIANGLES);
+    if rows > most {
+        let parts = "divide the mesh with icoray_part_set";
+        return Err(Error::grid(format!("corner: {rows} rows, expected at most {most} in a process; {parts}")));
     }
-    Ok(orientations.into_iter().flatten().collect())
+    let mut found = memory::room_for("half-edges of the grid", rows)?;
+    let first_bad = AtomicUsize::new(usize::MAX);
+    let or_marked = |r: usize| {
+        half_edges_of(t, direction, has_hole, r).unwrap_or_else(|_| {
+            first_bad.fetch_min(r, Ordering::Relaxed);
+            HalfEdges::default()
+        })
+    };
+    (0..rows).into_par_iter().with_min_len(BLOCK).map(or_marked).collect_into_vec(&mut found);
+    // The message is made once, for the first bad row.
+    match first_bad.into_inner() {
+        usize::MAX => Ok(found),
+        r => Err(half_edges_of(t, direction, has_hole, r).expect_err("the same row was bad a moment ago")),
+    }
 }
 
-fn orientation_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usize) -> Result<TriangleOrientation> {
+fn half_edges_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usize) -> Result<HalfEdges> {
     if has_hole && !is_triangle(t, r) {
-        return Ok(TriangleOrientation::absent());
+        return Ok(HalfEdges::default());
     }
     let number = |i: usize| i as i64 + i64::from(t.index_base);
     let cells: [usize; 3] = row(t, t.corner_cell, r);
@@ -282,7 +294,8 @@ fn orientation_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usi
             cells.map(number)
         )));
     }
-    let mut opposite = [None; 3];
+    // The triangle beyond the side opposite each cell; `Some(None)` at the rim.
+    let mut sides = [None; 3];
     for (column, edge) in row::<3>(t, t.corner_edge, r).into_iter().enumerate() {
         let ends: [i64; 2] = t.edge_corner.row(edge);
         if ends[0] == ends[1] || !ends.contains(&number(r)) {
@@ -310,8 +323,8 @@ fn orientation_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usi
                 number(edge)
             )));
         };
-        let place = if !has_hole || is_triangle(t, other) { column } else { TriangleOrientation::RIM };
-        if place == column && !t.corner_edge.row::<3>(other).contains(&number(edge)) {
+        let is_joined = !has_hole || is_triangle(t, other);
+        if is_joined && !t.corner_edge.row::<3>(other).contains(&number(edge)) {
             return Err(Error::grid(format!(
                 "{}: {:?}, expected edge {} too, which leads there from corner {}",
                 named_row(t, "corner_edge", other),
@@ -320,7 +333,7 @@ fn orientation_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usi
                 number(r)
             )));
         }
-        if opposite[k].replace(place).is_some() {
+        if sides[k].replace(is_joined.then_some(other)).is_some() {
             return Err(Error::grid(format!(
                 "{}: this edge and one before it lie opposite cell {}, expected one side per cell",
                 named_entry(t, "corner_edge", r, column),
@@ -338,7 +351,20 @@ fn orientation_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usi
             cells.map(number)
         )));
     }
-    Ok(TriangleOrientation::new(opposite.map_inline(|side| side.unwrap_or(TriangleOrientation::RIM)), det < 0.0))
+    // Columns of the row in counter-clockwise order.
+    const COLUMNS: [[usize; 3]; 2] = [[0, 1, 2], [0, 2, 1]];
+    let order = COLUMNS[usize::from(det < 0.0)];
+    let wound = order.map_inline(|column| cells[column]);
+    let beyond = [0, 1, 2].map_inline(|k: usize| {
+        let Some(other) = sides[order[k]].flatten() else { return HalfEdges::RIM };
+        let theirs: [i64; 3] = t.corner_cell.row(other);
+        // The other triangle passes the side in the opposite direction, if it winds alike.
+        let [from, to] = [number(wound[(k + 2) % 3]), number(wound[(k + 1) % 3])];
+        let begins = (0..3).find(|&i| theirs[i] == from).unwrap_or(0);
+        let is_clockwise = theirs[(begins + 1) % 3] != to;
+        half_edge(other as u32, COLUMNS[usize::from(is_clockwise)][begins])
+    });
+    Ok(HalfEdges::new(wound.map_inline(|cell| cell as u32), beyond))
 }
 
 /// The index of the only `true`, if there is exactly one.
@@ -388,64 +414,41 @@ pub(super) fn cells(t: &GridTables) -> Result<()> {
     })
 }
 
-/// The cells of a triangle, counter-clockwise from outside.
-#[inline(always)]
-fn wound(t: &GridTables, orientations: &[TriangleOrientation], r: usize) -> [usize; 3] {
-    let [a, b, c] = row(t, t.corner_cell, r);
-    if orientations[r].is_clockwise() { [a, c, b] } else { [a, b, c] }
-}
-
-/// Whether two triangles pass a common side in the same direction.
-#[inline(always)]
-fn shares_a_way(one: [usize; 3], other: [usize; 3]) -> bool {
-    let [a, b, c] = one;
-    let [d, e, f] = other;
-    let has = |from: usize, to: usize| (d == from && e == to) | (e == from && f == to) | (f == from && d == to);
-    has(a, b) | has(b, c) | has(c, a)
-}
-
 /// The triangles on both sides of every edge that joins two turn the same way.
-pub(super) fn folds(t: &GridTables, orientations: &[TriangleOrientation]) -> Result<()> {
+pub(super) fn folds(t: &GridTables, half_edges: &[HalfEdges]) -> Result<()> {
     let number = |i: usize| i as i64 + i64::from(t.index_base);
     first_error(t.corners(), |r| {
-        if !orientations[r].is_triangle() {
-            return None;
-        }
-        let v = wound(t, orientations, r);
-        (0..3).filter(|&k| !orientations[r].is_rim(k)).find_map(|k| {
-            let edge = row::<3>(t, t.corner_edge, r)[orientations[r].side_opposite(k)];
-            let [a, b] = row(t, t.edge_corner, edge);
-            let other = if a == r { b } else { a };
-            shares_a_way(v, wound(t, orientations, other)).then(|| {
+        let (here, v) = (&half_edges[r], half_edges[r].vertices());
+        (0..3).filter(|&k| here.is_triangle() && !here.is_rim(k)).find_map(|k| {
+            let (other, begins) = place(here.beyond(k));
+            let w = half_edges[other as usize].vertices();
+            ([w[begins], w[(begins + 1) % 3]] != [v[(k + 2) % 3], v[(k + 1) % 3]]).then(|| {
+                let joins =
+                    |edge: &i64| t.edge_corner.row::<2>((edge - number(0)) as usize).contains(&number(other as usize));
+                let edge = t.corner_edge.row::<3>(r).into_iter().find(joins).unwrap_or_default();
                 Error::grid(format!(
-                    "{}: the triangles lie on the same side of edge {}, expected a surface without folds",
-                    rows(t, "corner_cell", r, other),
-                    number(edge)
+                    "{}: the triangles lie on the same side of edge {edge}, expected a surface without folds",
+                    rows(t, "corner_cell", r, other as usize)
                 ))
             })
         })
     })
 }
 
-/// The triangles, with void ones that are wound like the data beyond their sides, cover the sphere exactly once.
-pub(super) fn covers(
-    t: &GridTables,
-    direction: &[[f64; 3]],
-    orientations: &[TriangleOrientation],
-    hole_filling: &HoleFilling,
-) -> Result<()> {
-    let area_of = |cells: [usize; 3]| solid_angle(cells.map_inline(|cell| DVec3::from_array(direction[cell])));
+/// The triangles, with void ones behind the rows of the table, cover the sphere exactly once.
+pub(super) fn covers(direction: &[[f64; 3]], half_edges: &[HalfEdges], has_void: bool) -> Result<()> {
+    let area = |sides: &HalfEdges| match sides.is_triangle() {
+        true => solid_angle(sides.vertices().map_inline(|cell| DVec3::from_array(direction[cell as usize]))),
+        false => 0.0,
+    };
     // Fixed blocks summed in order: the same sum for any number of threads.
-    let rows = (0..t.corners()).into_par_iter();
-    let area = |r: usize| if orientations[r].is_triangle() { area_of(wound(t, orientations, r)) } else { 0.0 };
-    let areas: Vec<f64> = rows.fold_chunks(4096, || 0.0, |sum, r| sum + area(r)).collect();
-    let void = hole_filling.void.iter().map(|void| area_of(void.cells.map(|cell| cell as usize)));
-    let area: f64 = areas.into_iter().chain(void).sum();
+    let areas: Vec<f64> = half_edges.par_iter().fold_chunks(BLOCK, || 0.0, |sum, sides| sum + area(sides)).collect();
+    let area: f64 = areas.into_iter().sum();
     if (area / (4.0 * PI) - 1.0).abs() > COVER {
         return Err(Error::grid(format!(
             "corner_cell: the triangles' areas sum to {:.9} of the sphere{}, expected 1",
             area / (4.0 * PI),
-            if hole_filling.void.is_empty() { "" } else { " with those that fill the holes" }
+            if has_void { " with those that fill the holes" } else { "" }
         )));
     }
     Ok(())

@@ -92,8 +92,7 @@ impl CoarseGrid {
 
 /// The cells that surround a cell, some of them twice.
 fn around<'g>(grid: &'g Grid<'_>, cell: u32) -> impl Iterator<Item = u32> + 'g {
-    let triangles = grid.corners_of(cell).filter(|corner| grid.is_triangle(*corner));
-    triangles.flat_map(|triangle| grid.triangle(triangle)).filter(move |other| *other != cell)
+    grid.triangles_around(cell).flat_map(|triangle| grid.triangle(triangle)).filter(move |other| *other != cell)
 }
 
 /// The cells at the rims of holes.
@@ -141,7 +140,7 @@ fn owners(grid: &Grid, chosen: &[bool]) -> Vec<u32> {
 /// The triangles of chosen cells, counter-clockwise from outside, and the triangles below at which one is folded.
 fn triangles(below: &Grid, owner: &[u32]) -> (Vec<[u32; 3]>, Vec<u32>) {
     let of = |triangle: u32| {
-        let owners = below.counterclockwise(triangle).0.map_inline(|cell| owner[cell as usize]);
+        let owners = below.triangle(triangle).map_inline(|cell| owner[cell as usize]);
         let [a, b, c] = owners;
         (a != b && b != c && c != a && !owners.contains(&NONE)).then_some((triangle, owners))
     };
@@ -219,9 +218,8 @@ struct Search<'g> {
 
 /// Inward normals of a triangle's sides opposite its vertices, and the triangles beyond.
 fn sides(grid: &Grid, triangle: u32) -> [(DVec3, u32); 3] {
-    let (cells, beyond) = grid.counterclockwise(triangle);
-    let at = cells.map_inline(|cell| grid.direction(cell));
-    [0, 1, 2].map_inline(|k: usize| (at[(k + 1) % 3].cross(at[(k + 2) % 3]), beyond[k]))
+    let at = grid.triangle(triangle).map_inline(|cell| grid.direction(cell));
+    [0, 1, 2].map_inline(|k: usize| (at[(k + 1) % 3].cross(at[(k + 2) % 3]), grid.across(triangle, k)))
 }
 
 impl Search<'_> {

@@ -114,7 +114,7 @@ impl ConstrainedDelaunay {
     }
 
     /// The index of the vertex of `face` opposite the side to `other`.
-    fn place_of(&self, face: u32, other: u32) -> usize {
+    pub fn place_of(&self, face: u32, other: u32) -> usize {
         let beyond = self.faces[face as usize].beyond;
         beyond.iter().position(|&f| f == other).expect("faces know each other")
     }

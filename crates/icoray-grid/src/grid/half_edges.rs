@@ -2,133 +2,114 @@
 //!
 //! A ray walks along a great circle, which has a triangle's vertices on its left or on its right. It enters a triangle
 //! through the side between a left and a right vertex; the third vertex, the apex, decides between the two other sides.
+//!
+//! Half-edge `4·t + k` enters triangle t through the side from vertex k (on the left) to vertex k + 1 (on the right),
+//! the vertices in counter-clockwise order seen from outside. With the three half-edges of each triangle in one record
+//! of 24 bytes, a step of a ray reads one record; the model's four tables of indices are not read.
 
-use super::{Grid, made};
-use crate::array::MapInline;
-use crate::error::Result;
-use crate::memory;
-use rayon::prelude::*;
+use super::Grid;
+use bytemuck::{Pod, Zeroable};
+use icoray_simd::Table;
 
-/// A side of a triangle through which a ray enters.
-///
-/// Half-edge `3·t + k` enters triangle t through the side from vertex k (on the left) to vertex k + 1 (on the right),
-/// the vertices in counter-clockwise order seen from outside; [`Grid::counterclockwise`] gives that order.
-pub type HalfEdge = [u32; 4];
+/// The half-edges of a triangle; all 0 for a row of the table that is no triangle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct HalfEdges {
+    /// The half-edge beyond the side opposite each vertex.
+    beyond: [u32; 3],
+    /// The apex of each half-edge: the third vertex, the first, and the second.
+    apex: [u32; 3],
+}
 
-/// Elements of a [`HalfEdge`].
-pub mod half_edge {
-    /// The half-edge that is entered next if the apex lies on the left; the element after it, if the apex lies on the
-    /// right.
-    pub const NEXT: usize = 0;
-    /// The vertex opposite the side.
-    pub const APEX: usize = 2;
-    /// The triangle.
-    pub const TRIANGLE: usize = 3;
+impl HalfEdges {
+    /// Words of a record.
+    pub const WORDS: u32 = (size_of::<Self>() / size_of::<u32>()) as u32;
+    /// Largest number of triangles: gathers reach all words of their records.
+    pub const MAX_TRIANGLES: usize = Table::<u32>::MAX / Self::WORDS as usize;
+    /// In place of the half-edge beyond a side at which the mesh ends, until its holes are filled.
+    pub(super) const RIM: u32 = u32::MAX;
+
+    pub(super) fn new(vertices: [u32; 3], beyond: [u32; 3]) -> Self {
+        let [a, b, c] = vertices;
+        HalfEdges { beyond, apex: [c, a, b] }
+    }
+
+    /// The vertices, counter-clockwise seen from outside.
+    #[inline]
+    pub fn vertices(&self) -> [u32; 3] {
+        let [c, a, b] = self.apex;
+        [a, b, c]
+    }
+
+    /// The half-edge beyond the side opposite vertex `k`.
+    #[inline]
+    pub fn beyond(&self, k: usize) -> u32 {
+        self.beyond[k]
+    }
+
+    /// Whether no triangle lies beyond the side opposite vertex `k`.
+    #[inline]
+    pub(super) fn is_rim(&self, k: usize) -> bool {
+        self.beyond[k] == Self::RIM
+    }
+
+    /// Sets the half-edge beyond the side opposite vertex `k`.
+    pub(super) fn set_beyond(&mut self, k: usize, half_edge: u32) {
+        self.beyond[k] = half_edge;
+    }
+
+    #[inline]
+    pub(super) fn is_triangle(&self) -> bool {
+        self.apex[0] != self.apex[1]
+    }
+}
+
+/// The half-edge of a triangle that begins at its vertex `k`.
+#[inline]
+pub fn half_edge(triangle: u32, k: usize) -> u32 {
+    4 * triangle + k as u32
+}
+
+/// The triangle of a half-edge, and the vertex at which it begins.
+#[inline]
+pub fn place(half_edge: u32) -> (u32, usize) {
+    (half_edge >> 2, (half_edge & 3) as usize)
 }
 
 impl Grid<'_> {
-    /// All half-edges, three per triangle, void ones included; made at the first call, in parallel. Those of a row that
-    /// is no triangle are undefined. Empty for a grid with more half-edges than 32 bits can number.
-    ///
-    /// # Panics
-    /// If they do not fit into memory; [`Self::make_half_edges`] returns an error instead.
-    pub fn half_edges(&self) -> &[HalfEdge] {
-        match &self.shared {
-            Some((half_edges, _)) => half_edges,
-            None => made(&self.half_edges, || self.all_sides().unwrap_or_else(|error| panic!("{error}"))).as_slice(),
-        }
-    }
-
-    /// Makes the half-edges unless they exist, in parallel.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) if they do not fit.
-    pub fn make_half_edges(&self) -> Result<()> {
-        if self.shared.is_none() && self.half_edges.get().is_none() {
-            let new = self.all_sides()?;
-            self.half_edges.get_or_init(|| new);
-        }
-        Ok(())
-    }
-
-    /// Bytes of the half-edges, and whether they have been made.
-    pub fn half_edge_bytes(&self) -> (u64, bool) {
-        let bytes = if self.can_number_sides() { self.beyond.len() * size_of::<[HalfEdge; 3]>() } else { 0 };
-        (bytes as u64, self.shared.is_some() || self.half_edges.get().is_some())
-    }
-
-    fn can_number_sides(&self) -> bool {
-        self.beyond.len() <= u32::MAX as usize / 3
-    }
-
-    fn all_sides(&self) -> Result<Vec<HalfEdge>> {
-        if !self.can_number_sides() {
-            return Ok(Vec::new());
-        }
-        let mut all: Vec<[HalfEdge; 3]> = memory::room_for("half-edges of the grid", self.beyond.len())?;
-        let triangles = (0..self.beyond.len()).into_par_iter().with_min_len(1024);
-        let sides = |triangle: usize| match triangle as u32 {
-            triangle if self.is_triangle(triangle) || self.is_void(triangle) => self.sides(triangle),
-            _ => [[0; 4]; 3],
-        };
-        triangles.map(sides).collect_into_vec(&mut all);
-        Ok(all.into_flattened())
-    }
-
-    /// The vertices of a triangle, counter-clockwise seen from outside, and the triangles beyond the sides opposite
-    /// each.
+    /// The half-edges of all triangles, void ones behind those of the tables.
     #[inline]
-    pub fn counterclockwise(&self, triangle: u32) -> ([u32; 3], [u32; 3]) {
-        let (mut cells, mut beyond) = (self.triangle(triangle), self.beyond[triangle as usize]);
-        if self.is_clockwise(triangle) {
-            cells.swap(1, 2);
-            beyond.swap(1, 2);
-        }
-        (cells, beyond)
+    pub fn half_edges(&self) -> &[HalfEdges] {
+        &self.half_edges
     }
 
-    /// The half-edges of a triangle.
-    fn sides(&self, triangle: u32) -> [HalfEdge; 3] {
-        let (cells, beyond) = self.counterclockwise(triangle);
-        [0, 1, 2].map_inline(|k| {
-            let [left, right, apex] = [cells[k], cells[(k + 1) % 3], cells[(k + 2) % 3]];
-            let on_left = self.half_edge(beyond[k], apex, right);
-            let on_right = self.half_edge(beyond[(k + 1) % 3], left, apex);
-            [on_left, on_right, apex, triangle]
-        })
-    }
-
-    /// The half-edge of `triangle` from vertex `left` to vertex `right`.
+    /// The words of their records: from `6·t` on the half-edges beyond the sides opposite the vertices of triangle t,
+    /// and the apexes of its half-edges.
     #[inline]
-    pub fn half_edge(&self, triangle: u32, left: u32, right: u32) -> u32 {
-        let (cells, _) = self.counterclockwise(triangle);
-        let k = (0..3).find(|&k| cells[k] == left && cells[(k + 1) % 3] == right);
-        3 * triangle + k.expect("the grid's check found neighbours of one winding") as u32
+    pub fn half_edge_words(&self) -> &[u32] {
+        bytemuck::cast_slice(&self.half_edges)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::half_edge::{APEX, NEXT, TRIANGLE};
+    use super::{half_edge, place};
     use crate::grid::icosahedral_grid;
 
     /// Each half-edge leads to the triangle beyond, into which it enters between the same vertices.
     #[test]
     fn half_edges_lead_through_the_sides_of_triangles() {
         let grid = icosahedral_grid(2);
-        let all = grid.half_edges();
-        assert_eq!(all.len(), 3 * grid.triangles());
-        for (number, side) in all.iter().enumerate() {
-            let (triangle, k) = (number / 3, number % 3);
-            let (cells, beyond) = grid.counterclockwise(triangle as u32);
-            assert_eq!((side[TRIANGLE] as usize, side[APEX]), (triangle, cells[(k + 2) % 3]));
-            for (turn, [left, right], beyond) in
-                [(0, [side[APEX], cells[(k + 1) % 3]], beyond[k]), (1, [cells[k], side[APEX]], beyond[(k + 1) % 3])]
-            {
-                let next = side[NEXT + turn];
-                let (there, _) = grid.counterclockwise(next / 3);
-                let k = next as usize % 3;
-                assert_eq!((next / 3, [there[k], there[(k + 1) % 3]]), (beyond, [left, right]));
+        assert_eq!(grid.half_edges().len(), grid.triangles());
+        for (triangle, sides) in (0u32..).zip(grid.half_edges()) {
+            let here = grid.triangle(triangle);
+            assert_eq!(sides.vertices(), here);
+            for k in 0..3 {
+                let (other, j) = place(sides.beyond(k));
+                let there = grid.triangle(other);
+                assert_eq!([there[j], there[(j + 1) % 3]], [here[(k + 2) % 3], here[(k + 1) % 3]]);
+                let back = grid.half_edges()[other as usize].beyond((j + 2) % 3);
+                assert_eq!(back, half_edge(triangle, (k + 1) % 3));
             }
         }
     }

@@ -18,13 +18,11 @@
 //! data replace; if one lies on a rim side or a cell, all are turned slightly and the procedure is repeated.
 
 use super::constrained_delaunay::{ConstrainedDelaunay, ConstraintError};
+use super::half_edges::{HalfEdges, half_edge};
 use super::table_names::{named_row, number_of, rows};
 use super::tables::GridTables;
-use super::triangle_orientation::TriangleOrientation;
 use crate::error::{Error, Result};
-use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec3};
-use std::borrow::Cow;
 use std::collections::HashMap;
 
 /// Bisections of the icosahedron that gives the synthetic points: 162 of them, 17° apart. With 2562 a ray over a rank's
@@ -35,91 +33,14 @@ const TURNS: u32 = 8;
 /// Stripes by which the rim's cells are sorted, so that each is near the previous one.
 const STRIPES: f64 = 64.0;
 
-/// A triangle without data, counter-clockwise from outside.
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-pub(super) struct Void {
-    /// Cells, or synthetic points numbered on from the last cell.
-    pub cells: [u32; 3],
-    /// The triangle beyond the side opposite each vertex: a row of the table, or a void one, numbered on from the last
-    /// row.
-    pub beyond: [u32; 3],
-}
-
-/// A hole of the mesh.
-pub(super) struct Hole {
-    /// Number of its void triangles.
-    pub triangles: usize,
-    /// The first data triangle beside it.
-    pub beside: Option<u32>,
-}
-
-/// A side of the rim and the triangles on both sides.
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-pub(super) struct RimSide {
-    triangle: u32,
-    /// The vertex of `triangle` opposite the side.
-    opposite: u32,
-    void: u32,
-}
-
-/// The void triangles that close a mesh, and the sides at which they meet it; empty for a whole sphere.
-#[derive(Debug, Default)]
-pub(super) struct HoleFilling<'a> {
-    pub void: Cow<'a, [Void]>,
-    /// Sorted by triangle and vertex.
-    pub rim: Cow<'a, [RimSide]>,
-}
-
-impl HoleFilling<'_> {
-    /// The void triangle beyond the side of the data triangle that lies opposite its vertex `k`.
-    ///
-    /// # Panics
-    /// When that side is not on the rim.
-    pub fn across(&self, triangle: u32, k: usize) -> u32 {
-        let key = (triangle, k as u32);
-        let place = self.rim.binary_search_by_key(&key, |side| (side.triangle, side.opposite));
-        self.rim[place.expect("every side of the rim is in its list")].void
-    }
-
-    /// All holes; the table has `rows` rows.
-    pub fn holes(&self, rows: usize) -> Vec<Hole> {
-        let mut hole_of = vec![None; self.void.len()];
-        let mut holes = Vec::new();
-        for first in 0..self.void.len() {
-            let (mut queue, mut triangles) = (vec![first], 0);
-            while let Some(at) = queue.pop() {
-                if hole_of[at].is_none() {
-                    hole_of[at] = Some(holes.len());
-                    triangles += 1;
-                    queue.extend(self.void[at].beyond.iter().filter_map(|beyond| (*beyond as usize).checked_sub(rows)));
-                }
-            }
-            if triangles > 0 {
-                holes.push(Hole { triangles, beside: None });
-            }
-        }
-        for side in self.rim.iter().rev() {
-            if let Some(hole) = hole_of[side.void as usize - rows] {
-                holes[hole].beside = Some(side.triangle);
-            }
-        }
-        holes
-    }
-
-    pub fn bytes(&self) -> usize {
-        size_of_val(&*self.void) + size_of_val(&*self.rim)
-    }
-}
-
 /// A rim side in its data triangle: from one cell to the next counter-clockwise.
 #[derive(Debug, Clone, Copy)]
 struct Side {
     from: u32,
     to: u32,
     triangle: u32,
-    opposite: u8,
+    /// The vertex opposite the side.
+    opposite: usize,
 }
 
 impl Side {
@@ -128,17 +49,14 @@ impl Side {
     }
 }
 
-/// Closes the mesh and adds the synthetic points that its void triangles use to `direction`.
+/// Closes the mesh: adds void triangles behind those of the table, with the half-edges between them and the rim, and the
+/// synthetic points that they use to `direction`.
 ///
 /// # Errors
 /// [`ErrorKind::Grid`](crate::ErrorKind::Grid) names the rows of `corner_cell` whose triangles overlap, and cells in
 /// each other's place.
-pub(super) fn fill_holes(
-    t: &GridTables,
-    direction: &mut Vec<[f64; 3]>,
-    orientations: &[TriangleOrientation],
-) -> Result<HoleFilling<'static>> {
-    let sides = rim(t, orientations);
+pub(super) fn fill_holes(t: &GridTables, direction: &mut Vec<[f64; 3]>, half_edges: &mut Vec<HalfEdges>) -> Result<()> {
+    let sides = rim(half_edges);
     let mut by_ends = HashMap::with_capacity(sides.len());
     for (i, side) in sides.iter().enumerate() {
         if let Some(other) = by_ends.insert((side.from, side.to), i) {
@@ -157,21 +75,19 @@ pub(super) fn fill_holes(
     let cells = sorted_cells(&sides, direction);
     for attempt in 0..TURNS {
         if let Some(patched) = patched(t, &cells, &sides, direction, attempt)? {
-            return cut(t, direction, &sides, &patched);
+            return cut(t, direction, half_edges, &sides, &patched);
         }
     }
     Err(Error::grid("corner_cell: the rim of the mesh cannot be closed, expected triangles that do not overlap"))
 }
 
 /// All sides of data triangles beyond which there is no triangle.
-fn rim(t: &GridTables, orientations: &[TriangleOrientation]) -> Vec<Side> {
+fn rim(half_edges: &[HalfEdges]) -> Vec<Side> {
     let mut sides = Vec::new();
-    for (row, orientation) in orientations.iter().enumerate().filter(|(_, orientation)| orientation.is_triangle()) {
-        for k in (0..3).filter(|&k| orientation.is_rim(k)) {
-            let cells = t.corner_cell.row::<3>(row).map(|cell| (cell - i64::from(t.index_base)) as u32);
-            let (next, last) = (cells[(k + 1) % 3], cells[(k + 2) % 3]);
-            let (from, to) = if orientation.is_clockwise() { (last, next) } else { (next, last) };
-            sides.push(Side { from, to, triangle: row as u32, opposite: k as u8 });
+    for (triangle, of) in (0..).zip(half_edges).filter(|(_, of)| of.is_triangle()) {
+        for opposite in (0..3).filter(|&k| of.is_rim(k)) {
+            let [from, to] = [1, 2].map(|next| of.vertices()[(opposite + next) % 3]);
+            sides.push(Side { from, to, triangle, opposite });
         }
     }
     sides
@@ -254,9 +170,10 @@ fn patched(
 fn cut(
     t: &GridTables,
     direction: &mut Vec<[f64; 3]>,
+    half_edges: &mut Vec<HalfEdges>,
     sides: &[Side],
     PatchedSphere { triangulation, vertex }: &PatchedSphere,
-) -> Result<HoleFilling<'static>> {
+) -> Result<()> {
     const COVERED: u32 = u32::MAX;
     let ends = |side: &Side| (vertex[&side.from], vertex[&side.to]);
     let of_rim: HashMap<(u32, u32), usize> = sides.iter().enumerate().map(|(i, s)| (ends(s), i)).collect();
@@ -270,16 +187,16 @@ fn cut(
             kept.push(face);
         }
     };
-    let mut rim = Vec::with_capacity(sides.len());
     if sides.is_empty() {
         // There is no triangle: all is void.
         (0..triangulation.faces.len() as u32).for_each(|face| keep(face, &mut kept));
     }
+    // The face beyond a side of the rim, and its vertex opposite the side.
     let beyond_side = |side: &Side| {
         let (from, to) = ends(side);
-        triangulation.left_of(to, from).expect("rim sides are sides of the triangulation").0
+        triangulation.left_of(to, from).expect("rim sides are sides of the triangulation")
     };
-    sides.iter().for_each(|side| keep(beyond_side(side), &mut kept));
+    sides.iter().for_each(|side| keep(beyond_side(side).0, &mut kept));
     let mut next = 0;
     while let Some(&face) = kept.get(next) {
         next += 1;
@@ -293,20 +210,21 @@ fn cut(
             }
         }
     }
-    if i32::try_from(u64::from(first_void) + kept.len() as u64).is_err() {
+    if first_void as usize + kept.len() > HalfEdges::MAX_TRIANGLES {
         return Err(Error::grid(format!(
-            "corner: {first_void} rows and {} void triangles, expected fewer than 2^31",
-            kept.len()
+            "corner: {first_void} rows and {} void triangles, expected at most {}",
+            kept.len(),
+            HalfEdges::MAX_TRIANGLES
         )));
     }
+    // The half-edge of a face or of a triangle that leads through its side opposite vertex k.
+    let through = |triangle: u32, k: usize| half_edge(triangle, (k + 1) % 3);
     for side in sides {
-        let void = number[beyond_side(side) as usize];
-        rim.push(RimSide { triangle: side.triangle, opposite: side.opposite.into(), void });
+        let (face, k) = beyond_side(side);
+        half_edges[side.triangle as usize].set_beyond(side.opposite, through(number[face as usize], k));
     }
-    rim.sort_unstable_by_key(|side| (side.triangle, side.opposite));
     // Vertices become cells, or synthetic points in the order of their occurrence.
     let mut cell: HashMap<u32, u32> = vertex.iter().map(|(cell, v)| (*v, *cell)).collect();
-    let mut void = Vec::with_capacity(kept.len());
     for &face in &kept {
         let cells = triangulation.faces[face as usize].vertices.map(|v| {
             *cell.entry(v).or_insert_with(|| {
@@ -317,11 +235,14 @@ fn cut(
         let beyond = [0, 1, 2].map(|k| {
             let side = of_rim.get(&(corner(face, k + 2), corner(face, k + 1)));
             let other = triangulation.faces[face as usize].beyond[k];
-            side.map_or_else(|| number[other as usize], |&i| sides[i].triangle)
+            side.map_or_else(
+                || through(number[other as usize], triangulation.place_of(other, face)),
+                |&i| through(sides[i].triangle, sides[i].opposite),
+            )
         });
-        void.push(Void { cells, beyond });
+        half_edges.push(HalfEdges::new(cells, beyond));
     }
-    Ok(HoleFilling { void: void.into(), rim: rim.into() })
+    Ok(())
 }
 
 fn overlap(t: &GridTables, a: &Side, b: &Side) -> Error {

@@ -1,14 +1,13 @@
-//! The geodesic grid: the model's six tables, checked once, and three derived tables.
+//! The geodesic grid: the model's six tables, checked once, and two derived tables.
 //!
 //! Voronoi cells and Delaunay triangles are duals: triangle `t` *is* corner `t`, its vertices are the centres of
 //! `corner_cell[t]`, its sides are `corner_edge[t]`, and `edge_corner` leads across a side (§3.1 of the paper). A
 //! frustum is a triangle between two layers, so the whole 3-D mesh is walked with these 2-D tables alone.
 //!
-//! Derived and owned are a unit vector per cell (24 bytes); a byte per triangle, its `TriangleOrientation`, with the
-//! side opposite each vertex and the winding of the row; and the three triangles around each triangle (12 bytes), so
-//! that rays read two tables instead of four. The model's tables are borrowed. Ranks of a node share all of them
-//! (`shared.rs`). A mesh with holes is closed with void triangles (`hole_filling.rs`), whose numbers follow the last
-//! row of the table; a whole sphere has none.
+//! Derived and owned are a unit vector per cell (24 bytes) and the half-edges of each triangle (24 bytes,
+//! `half_edges.rs`), so that rays read two tables instead of four. The model's tables are borrowed. Ranks of a node
+//! share what frames read (`shared.rs`). A mesh with holes is closed with void triangles (`hole_filling.rs`), whose
+//! numbers follow the last row of the table; a whole sphere has none.
 
 mod check;
 mod coarse;
@@ -21,7 +20,6 @@ mod points;
 mod shared;
 mod table_names;
 mod tables;
-mod triangle_orientation;
 mod triangles;
 
 pub use check::unit_vector;
@@ -38,12 +36,10 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::macrocells::Macrocells;
 use crate::{hash, memory};
 use glam::DVec3;
-use half_edges::HalfEdge;
-use hole_filling::{Hole, HoleFilling};
+use half_edges::{HalfEdges, place};
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock, Weak};
-use triangle_orientation::TriangleOrientation;
 
 /// A checked geodesic grid over borrowed tables.
 ///
@@ -63,12 +59,12 @@ use triangle_orientation::TriangleOrientation;
 #[derive(Debug)]
 pub struct Grid<'a> {
     tables: GridTables<'a>,
+    /// Numbers of cells and of triangles, without those that fill holes.
+    counts: [usize; 2],
     /// Unit vectors of the cells, followed by those of synthetic points.
     direction: Cow<'a, [[f64; 3]]>,
-    orientations: Cow<'a, [TriangleOrientation]>,
-    /// The triangle beyond the side opposite each vertex, of void triangles too.
-    beyond: Cow<'a, [[u32; 3]]>,
-    hole_filling: HoleFilling<'a>,
+    /// Of void triangles too.
+    half_edges: Cow<'a, [HalfEdges]>,
     /// A data triangle at which searches start.
     start: u32,
     /// Global number of each cell in the model; empty if it is the cell's row.
@@ -77,19 +73,17 @@ pub struct Grid<'a> {
     lowest_facet: OnceLock<f64>,
     /// The result of [`Self::longest_side`].
     longest_side: OnceLock<f64>,
-    /// The result of [`Self::half_edges`].
-    half_edges: OnceLock<Vec<HalfEdge>>,
     /// The result of [`Self::macrocells`].
     macrocells: OnceLock<Macrocells<'static>>,
-    /// Half-edges and macrocells that another process made.
-    shared: Option<(&'a [HalfEdge], Macrocells<'a>)>,
+    /// Macrocells that another process made.
+    shared_macrocells: Option<Macrocells<'a>>,
     /// The result of [`Self::table_hashes`].
     table_hashes: OnceLock<[(&'static str, u64); 6]>,
     life: Arc<()>,
 }
 
 impl<'a> Grid<'a> {
-    /// Checks all of `tables`, closes the mesh if it has holes, and derives directions and orientations, in parallel.
+    /// Checks all of `tables`, closes the mesh if it has holes, and derives directions and half-edges, in parallel.
     ///
     /// # Errors
     /// [`ErrorKind::Memory`] if the derived tables do not fit; [`ErrorKind::Grid`] names the table, row, value, the
@@ -112,32 +106,26 @@ impl<'a> Grid<'a> {
         let has_hole = check::has_hole(&tables)?;
         let mut direction = check::directions(&tables)?;
         check::indices(&tables, has_hole)?;
-        let orientations = check::triangles(&tables, &direction, has_hole)?;
-        check::folds(&tables, &orientations)?;
+        let mut half_edges = check::triangles(&tables, &direction, has_hole)?;
+        check::folds(&tables, &half_edges)?;
         check::cells(&tables)?;
-        let hole_filling = if has_hole {
-            hole_filling::fill_holes(&tables, &mut direction, &orientations)?
-        } else {
-            HoleFilling::default()
-        };
-        check::covers(&tables, &direction, &orientations, &hole_filling)?;
-        let start =
-            orientations.iter().position(|orientation| orientation.is_triangle()).unwrap_or(orientations.len()) as u32;
-        let beyond = beyond(&tables, &orientations, &hole_filling)?;
-        let cell_number = &[];
+        if has_hole {
+            hole_filling::fill_holes(&tables, &mut direction, &mut half_edges)?;
+        }
+        check::covers(&direction, &half_edges, half_edges.len() > tables.corners())?;
+        let rows = tables.corners();
+        let start = half_edges[..rows].iter().position(HalfEdges::is_triangle).unwrap_or(rows) as u32;
         Ok(Grid {
             tables,
+            counts: [tables.cells(), tables.corners()],
             direction: direction.into(),
-            orientations: orientations.into(),
-            beyond: beyond.into(),
-            hole_filling,
+            half_edges: half_edges.into(),
             start,
-            cell_number,
+            cell_number: &[],
             lowest_facet: OnceLock::new(),
             longest_side: OnceLock::new(),
-            half_edges: OnceLock::new(),
             macrocells: OnceLock::new(),
-            shared: None,
+            shared_macrocells: None,
             table_hashes: OnceLock::new(),
             life: Arc::default(),
         })
@@ -159,28 +147,28 @@ impl<'a> Grid<'a> {
 
     /// Number of cells.
     pub fn cells(&self) -> usize {
-        self.tables.cells()
+        self.counts[0]
     }
 
     /// Number of corners: the rows of `corner_cell`, each of them a dual triangle unless it names a missing cell
     /// ([`Grid::is_triangle`]).
     pub fn triangles(&self) -> usize {
-        self.orientations.len()
+        self.counts[1]
     }
 
     /// Number of triangles that fill the mesh's holes, numbered from [`Grid::triangles`] on; 0 for a whole sphere. Rays
     /// walk over them without reading values.
     pub fn void_triangles(&self) -> usize {
-        self.hole_filling.void.len()
+        self.half_edges.len() - self.triangles()
     }
 
     /// A description of the holes: their number and, for the first few, their void triangles and a corner on the rim.
     /// `None` for a whole sphere.
     pub fn describe_holes(&self) -> Option<String> {
         const NAMED: usize = 3;
-        let holes = self.hole_filling.holes(self.orientations.len());
+        let holes = self.holes();
         let plural = |count: usize| if count == 1 { "" } else { "s" };
-        let text = |&Hole { triangles, beside }: &Hole| {
+        let text = |&(triangles, beside): &(usize, Option<u32>)| {
             let place = beside.map_or_else(String::new, |corner| {
                 let (number, at) = (table_names::number_of(&self.tables, corner), self.tables.corner);
                 let [lon, lat] = [at.lon_rad, at.lat_rad].map(|angle| angle.get(corner as usize).to_degrees());
@@ -199,16 +187,42 @@ impl<'a> Grid<'a> {
         (!holes.is_empty()).then(|| text + &small.unwrap_or_default())
     }
 
+    /// The holes: the number of void triangles in each, and the first data triangle beside it.
+    fn holes(&self) -> Vec<(usize, Option<u32>)> {
+        let mut is_found = vec![false; self.void_triangles()];
+        let mut holes = Vec::new();
+        for first in 0..self.void_triangles() {
+            let (mut queue, mut triangles, mut beside) = (vec![first], 0, None);
+            while let Some(at) = queue.pop() {
+                if std::mem::replace(&mut is_found[at], true) {
+                    continue;
+                }
+                triangles += 1;
+                for k in 0..3 {
+                    let other = self.across((self.triangles() + at) as u32, k);
+                    match (other as usize).checked_sub(self.triangles()) {
+                        Some(void) => queue.push(void),
+                        None => beside = Some(beside.map_or(other, |known: u32| known.min(other))),
+                    }
+                }
+            }
+            if triangles > 0 {
+                holes.push((triangles, beside));
+            }
+        }
+        holes
+    }
+
     /// Whether `triangle` has data: a row of the table with three existing cells.
     #[inline]
     pub fn is_triangle(&self, triangle: u32) -> bool {
-        self.orientations.get(triangle as usize).is_some_and(|orientation| orientation.is_triangle())
+        !self.is_void(triangle) && self.half_edges[triangle as usize].is_triangle()
     }
 
     /// Whether `triangle` is one of those that fill holes.
     #[inline]
     pub fn is_void(&self, triangle: u32) -> bool {
-        triangle as usize >= self.orientations.len()
+        triangle as usize >= self.triangles()
     }
 
     /// A token that can be upgraded while this grid lives and differs ([`Weak::ptr_eq`]) from that of every other grid:
@@ -219,15 +233,8 @@ impl<'a> Grid<'a> {
 
     /// Bytes that icoray owns for this grid beside the model's tables, or that the ranks of a node share.
     pub fn derived_bytes(&self) -> usize {
-        let shared = self.shared.as_ref().map(|(half_edges, macrocells)| (*half_edges, macrocells));
-        let half_edges = self.half_edges.get().map(Vec::as_slice).or(shared.map(|(half_edges, _)| half_edges));
-        let macrocells = self.macrocells.get().or(shared.map(|(_, macrocells)| macrocells));
-        size_of_val(&*self.direction)
-            + size_of_val(&*self.orientations)
-            + size_of_val(&*self.beyond)
-            + self.hole_filling.bytes()
-            + half_edges.map_or(0, size_of_val)
-            + macrocells.map_or(0, Macrocells::bytes)
+        let macrocells = self.shared_macrocells.as_ref().or(self.macrocells.get()).map_or(0, Macrocells::bytes);
+        size_of_val(&*self.direction) + size_of_val(&*self.half_edges) + macrocells
     }
 
     /// Unit vector from the sphere's centre to the centre of `cell` (z through the north pole, x through longitude 0),
@@ -237,24 +244,14 @@ impl<'a> Grid<'a> {
         DVec3::from_array(self.direction[cell as usize])
     }
 
-    /// The three cells of `triangle`, in the table's order; for a void one, numbers from [`Grid::cells`] on are
-    /// synthetic.
+    /// The three cells of `triangle`, counter-clockwise seen from outside; for a void one, numbers from [`Grid::cells`]
+    /// on are synthetic.
     ///
     /// # Panics
     /// If there is no such triangle. The result for a row that is none ([`Grid::is_triangle`]) is undefined.
     #[inline]
     pub fn triangle(&self, triangle: u32) -> [u32; 3] {
-        let base = i64::from(self.tables.index_base);
-        let Some(row) = self.tables.corner_cell.find_row(triangle as usize) else {
-            return self.void(triangle).cells;
-        };
-        // The check found every entry within the table's rows, which 32 bits can number.
-        row.map_inline(|cell| (cell - base) as u32)
-    }
-
-    #[cold]
-    fn void(&self, triangle: u32) -> &hole_filling::Void {
-        &self.hole_filling.void[triangle as usize - self.orientations.len()]
+        self.half_edges[triangle as usize].vertices()
     }
 
     /// The triangle beyond the side of `triangle` that lies opposite its vertex `k`.
@@ -263,13 +260,7 @@ impl<'a> Grid<'a> {
     /// When there is no such triangle.
     #[inline]
     pub fn across(&self, triangle: u32, k: usize) -> u32 {
-        self.beyond[triangle as usize][k]
-    }
-
-    /// Whether the table's order of the vertices of `triangle` runs clockwise seen from outside.
-    #[inline]
-    pub fn is_clockwise(&self, triangle: u32) -> bool {
-        self.orientations.get(triangle as usize).is_some_and(|orientation| orientation.is_clockwise())
+        place(self.half_edges[triangle as usize].beyond(k)).0
     }
 
     /// `hint` itself if it is a triangle, data or void, and an existing one otherwise.
@@ -293,8 +284,8 @@ impl<'a> Grid<'a> {
 
     /// The coarse map by which rays leap over empty space, made at the first call, in parallel.
     pub fn macrocells(&self) -> &Macrocells<'_> {
-        match &self.shared {
-            Some((_, macrocells)) => macrocells,
+        match &self.shared_macrocells {
+            Some(macrocells) => macrocells,
             None => made(&self.macrocells, || Macrocells::new(self)),
         }
     }
@@ -329,11 +320,6 @@ impl<'a> Grid<'a> {
         &self.direction
     }
 
-    /// The orientation of each triangle.
-    pub fn orientations(&self) -> &[TriangleOrientation] {
-        &self.orientations
-    }
-
     /// The corners of `cell` that are in the tables, without repetition, in the table's order. Beside a hole some are
     /// not triangles.
     pub fn corners_of(&self, cell: u32) -> impl Iterator<Item = u32> + '_ {
@@ -343,7 +329,7 @@ impl<'a> Grid<'a> {
         let start = cell as usize * row;
         let base = i64::from(self.tables.index_base);
         let is_new = move |i: &usize| (start..*i).all(|j| table.get(j) != table.get(*i));
-        let rows = base..base + self.orientations.len() as i64;
+        let rows = base..base + self.triangles() as i64;
         let corners = (start..start + used).filter(is_new).map(move |i| table.get(i));
         // Others are marks of missing corners.
         corners.filter(move |corner| rows.contains(corner)).map(move |corner| (corner - base) as u32)
@@ -362,58 +348,44 @@ impl<'a> Grid<'a> {
         })
     }
 
-    /// Writes the cells around `cell` to `ring`, counter-clockwise, and returns their number. `None` if its triangles
-    /// do not close a ring, or a ring of more than `N`.
+    /// The triangles around `cell`, void ones too, counter-clockwise from the first of its corners that is a triangle;
+    /// each with the number of the cell among its vertices.
+    #[inline(always)]
+    fn triangles_and_places(&self, cell: u32) -> impl Iterator<Item = (u32, usize)> + '_ {
+        let first = self.corners_of(cell).find(|corner| self.is_triangle(*corner));
+        let at = |triangle: u32| self.triangle(triangle).iter().position(|other| *other == cell);
+        let first = first.and_then(|triangle| Some((triangle, at(triangle)?)));
+        std::iter::successors(first, move |&(triangle, k)| {
+            // The half-edge beyond the side of this cell and the last vertex begins at the cell.
+            let next = place(self.half_edges[triangle as usize].beyond((k + 1) % 3));
+            (Some(next.0) != first.map(|(triangle, _)| triangle)).then_some(next)
+        })
+    }
+
+    /// The triangles with data around `cell`, counter-clockwise.
+    pub fn triangles_around(&self, cell: u32) -> impl Iterator<Item = u32> + '_ {
+        self.triangles_and_places(cell).map(|(triangle, _)| triangle).filter(|triangle| self.is_triangle(*triangle))
+    }
+
+    /// The two other cells of each triangle with data around `cell`, counter-clockwise.
+    pub(crate) fn fans(&self, cell: u32) -> impl Iterator<Item = [u32; 2]> + '_ {
+        let of = |(triangle, k): (u32, usize)| [1, 2].map_inline(|next| self.triangle(triangle)[(k + next) % 3]);
+        self.triangles_and_places(cell).filter(|(triangle, _)| self.is_triangle(*triangle)).map(of)
+    }
+
+    /// Writes the cells around `cell` to `ring`, counter-clockwise, and returns their number. `None` if a void triangle
+    /// is among its triangles, or if there are more than `N`.
     #[inline(always)]
     pub(crate) fn ring<const N: usize>(&self, cell: u32, ring: &mut [u32; N]) -> Option<usize> {
-        let table = self.tables.cell_corner;
-        let row = self.tables.cell_corner_row;
-        let used = self.tables.cell_corner_count.map_or(row, |count| count.get(cell as usize) as usize);
-        let start = cell as usize * row;
-        let base = i64::from(self.tables.index_base);
-        // The next cell and the one behind it, in each triangle.
-        let mut sides = [[0u32; 2]; N];
-        let (mut count, mut last) = (0, u32::MAX);
-        for i in start..start + used {
-            let corner = u32::try_from(table.get(i) - base).ok()?;
-            if corner == last {
-                continue;
-            }
-            let orientation = self.orientations.get(corner as usize).filter(|orientation| orientation.is_triangle())?;
-            let [a, b, c] = self.tables.corner_cell.find_row(corner as usize)?.map_inline(|cell| (cell - base) as u32);
-            let [next, behind] = if a == cell {
-                [b, c]
-            } else if b == cell {
-                [c, a]
-            } else {
-                [a, b]
-            };
-            *sides.get_mut(count)? = if orientation.is_clockwise() { [behind, next] } else { [next, behind] };
-            count += 1;
-            last = corner;
-        }
-        let sides = sides.get(..count).filter(|sides| !sides.is_empty())?;
-        let mut at = 0;
-        for k in 0..count {
-            let [first, behind] = sides[at];
-            ring[k] = first;
-            if k + 1 == count {
-                return (behind == ring[0]).then_some(count);
-            }
-            // Mostly in order, in either direction.
-            let [next, before] = [if at + 1 < count { at + 1 } else { 0 }, if at > 0 { at - 1 } else { count - 1 }];
-            at = if sides[next][0] == behind {
-                next
-            } else if sides[before][0] == behind {
-                before
-            } else {
-                sides.iter().position(|side| side[0] == behind)?
-            };
-            if at == 0 {
+        let mut count = 0;
+        for (triangle, k) in self.triangles_and_places(cell) {
+            if self.is_void(triangle) {
                 return None;
             }
+            *ring.get_mut(count)? = self.triangle(triangle)[(k + 1) % 3];
+            count += 1;
         }
-        None
+        (count > 0).then_some(count)
     }
 }
 
@@ -429,37 +401,7 @@ fn made<X>(cell: &OnceLock<X>, make: impl FnOnce() -> X) -> &X {
     }
 }
 
-/// The triangle beyond each side of each triangle, void ones behind those of the tables. A row that is no triangle
-/// refers to itself.
-fn beyond(
-    tables: &GridTables,
-    orientations: &[TriangleOrientation],
-    hole_filling: &HoleFilling,
-) -> Result<Vec<[u32; 3]>> {
-    let base = i64::from(tables.index_base);
-    let across = |triangle: usize, k: usize| {
-        let number = triangle as u32;
-        let column = match orientations[triangle] {
-            orientation if !orientation.is_triangle() => return number,
-            orientation if orientation.is_rim(k) => return hole_filling.across(number, k),
-            orientation => orientation.side_opposite(k),
-        };
-        let edge = (tables.corner_edge.get(3 * triangle + column) - base) as usize;
-        let [a, b] = tables.edge_corner.row(edge).map_inline(|corner| (corner - base) as u32);
-        // The side's two triangles and this one, which cancels: the other remains.
-        a ^ b ^ number
-    };
-    let rows = |triangle: usize| [0, 1, 2].map_inline(|k| across(triangle, k));
-    let void = hole_filling.void.par_iter().map(|void| void.beyond);
-    let mut beyond = memory::room_for("neighbours of the triangles", orientations.len() + void.len())?;
-    (0..orientations.len()).into_par_iter().map(rows).chain(void).collect_into_vec(&mut beyond);
-    Ok(beyond)
-}
-
-/// Bytes that [`Grid::new`] allocates for a sphere without holes: directions, orientations, twice during the check, and
-/// neighbours.
+/// Bytes that [`Grid::new`] allocates for a sphere without holes: directions and half-edges.
 fn setup_bytes(tables: &GridTables) -> u64 {
-    let [cells, triangles] = [tables.cells(), tables.corners()].map(|count| count as u64);
-    let per_triangle = 3 * size_of::<TriangleOrientation>() + size_of::<[u32; 3]>();
-    cells * size_of::<[f64; 3]>() as u64 + triangles * per_triangle as u64
+    (tables.cells() * size_of::<[f64; 3]>() + tables.corners() * size_of::<HalfEdges>()) as u64
 }

@@ -1,7 +1,6 @@
 //! A grid in one block of bytes, in memory that the ranks of a node share: one rank makes and writes it, all read it in
 //! place.
 
-use super::hole_filling::HoleFilling;
 use super::{Grid, GridTables, Indices, LonLat, OwnedGrid};
 use crate::block;
 use crate::error::Result;
@@ -13,43 +12,32 @@ use std::sync::{Arc, OnceLock};
 const EMPTY: Indices<'static> = Indices::I32(&[]);
 
 impl OwnedGrid {
-    /// Calls `write` with the arrays of a block that [`Grid::of_block`] reads: the tables, but for those of edges, in whose
-    /// place the neighbours of triangles are, and all that derives from them, half-edges and macrocells included, which
-    /// are made for it.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Memory`](crate::ErrorKind::Memory) if the half-edges do not fit.
-    pub fn with_arrays<R>(&self, write: impl FnOnce(&[&[u8]]) -> R) -> Result<R> {
+    /// Calls `write` with the arrays of a block that [`Grid::of_block`] reads: latitudes and corners of cells, positions of
+    /// corners, and all that derives from the tables, macrocells included, which are made for it. Rows of cells with
+    /// fewer corners repeat one of them.
+    pub fn with_arrays<R>(&self, write: impl FnOnce(&[&[u8]]) -> R) -> R {
         let (grid, tables) = (self.grid(), self.tables());
-        grid.make_half_edges()?;
-        let of = &tables.connectivity;
         let numbers = [
+            grid.cells() as u64,
+            grid.triangles() as u64,
+            tables.connectivity.cell_corner_row as u64,
             u64::from(grid.start),
-            of.cell_corner_row as u64,
             grid.lowest_facet().to_bits(),
             grid.longest_side().to_bits(),
         ];
         let [of_triangle, triangle_in] = grid.macrocells().arrays();
-        let arrays = [
+        write(&[
             bytemuck::cast_slice(&numbers),
-            bytemuck::cast_slice(&tables.center[0]),
             bytemuck::cast_slice(&tables.center[1]),
             bytemuck::cast_slice(&tables.corner[0]),
             bytemuck::cast_slice(&tables.corner[1]),
-            bytemuck::cast_slice(&of.cell_corner),
-            bytemuck::cast_slice(&of.cell_corner_count),
-            bytemuck::cast_slice(&tables.corner_cell),
+            bytemuck::cast_slice(&tables.connectivity.cell_corner),
             bytemuck::cast_slice(&grid.direction),
-            bytemuck::cast_slice(&grid.orientations),
-            bytemuck::cast_slice(&grid.beyond),
-            bytemuck::cast_slice(&grid.hole_filling.void),
-            bytemuck::cast_slice(&grid.hole_filling.rim),
+            bytemuck::cast_slice(&grid.half_edges),
             bytemuck::cast_slice(&tables.cell_number),
-            bytemuck::cast_slice(grid.half_edges()),
             bytemuck::cast_slice(of_triangle),
             bytemuck::cast_slice(triangle_in),
-        ];
-        Ok(write(&arrays))
+        ])
     }
 }
 
@@ -67,41 +55,37 @@ impl<'a> Arrays<'a> {
 }
 
 impl<'a> Grid<'a> {
-    /// The grid of a block that [`OwnedGrid::with_arrays`] wrote, read in place. Its tables of edges are empty.
+    /// The grid of a block that [`OwnedGrid::with_arrays`] wrote, read in place. Of its tables only the latitudes and
+    /// the corners of cells, and the positions of corners, are not empty.
     ///
     /// # Errors
     /// [`ErrorKind::Internal`](crate::ErrorKind::Internal) if arrays are missing.
     pub fn of_block(block: &'a [u8]) -> Result<Self> {
         let mut arrays = Arrays { block, next: 0 };
         let numbers: &[u64] = arrays.read()?;
-        let [lowest_facet, longest_side] = [numbers[2], numbers[3]].map(f64::from_bits);
+        let [lowest_facet, longest_side] = [numbers[4], numbers[5]].map(f64::from_bits);
         // Fields are evaluated in the order in which they stand here, which is that of the arrays.
         Ok(Grid {
             tables: GridTables {
                 index_base: 0,
-                center: LonLat::of(arrays.read()?, arrays.read()?),
+                center: LonLat::of(&[], arrays.read()?),
                 corner: LonLat::of(arrays.read()?, arrays.read()?),
                 cell_corner: Indices::I32(arrays.read()?),
-                cell_corner_row: numbers[1] as usize,
-                cell_corner_count: Some(Indices::I32(arrays.read()?)),
-                corner_cell: Indices::I32(arrays.read()?),
+                cell_corner_row: numbers[2] as usize,
+                cell_corner_count: None,
+                corner_cell: EMPTY,
                 corner_edge: EMPTY,
                 edge_corner: EMPTY,
             },
+            counts: [numbers[0] as usize, numbers[1] as usize],
             direction: arrays.read()?.into(),
-            orientations: arrays.read()?.into(),
-            beyond: arrays.read()?.into(),
-            hole_filling: HoleFilling { void: arrays.read()?.into(), rim: arrays.read()?.into() },
-            start: numbers[0] as u32,
+            half_edges: arrays.read()?.into(),
+            start: numbers[3] as u32,
             cell_number: arrays.read()?,
             lowest_facet: lowest_facet.into(),
             longest_side: longest_side.into(),
-            half_edges: OnceLock::new(),
             macrocells: OnceLock::new(),
-            shared: Some((
-                arrays.read()?,
-                Macrocells::of_arrays(lowest_facet, arrays.read()?.into(), arrays.read()?.into()),
-            )),
+            shared_macrocells: Some(Macrocells::of_arrays(lowest_facet, arrays.read()?.into(), arrays.read()?.into())),
             table_hashes: OnceLock::new(),
             life: Arc::default(),
         })
@@ -122,25 +106,26 @@ mod tests {
             (points(0.02).collect(), (0..400).map(|i| 0.02 * f64::from(i / 20)).collect());
         let tables = OwnedTables::of_points(LonLat::of(&lon, &lat)).unwrap();
         let owned = OwnedGrid::new(tables).unwrap();
-        let bytes = owned.with_arrays(block::length).unwrap();
+        let bytes = owned.with_arrays(block::length);
         let mut words = vec![0u64; bytes.div_ceil(8)];
         let memory: &mut [u8] = bytemuck::cast_slice_mut(&mut words);
         let put = |at: usize, bytes: &[u8]| memory[at..at + bytes.len()].copy_from_slice(bytes);
-        owned.with_arrays(|arrays| block::write(arrays, put)).unwrap();
+        owned.with_arrays(|arrays| block::write(arrays, put));
         let (whole, read) = (owned.grid(), Grid::of_block(bytemuck::cast_slice(&words)).unwrap());
         assert!(read.void_triangles() > 0 && read.longest_side() < PI / 50.0);
-        let has = |hash: &&(&str, u64)| !["corner_edge", "edge_corner"].contains(&hash.0);
-        assert!(read.table_hashes().iter().filter(has).eq(whole.table_hashes().iter().filter(has)));
         assert_eq!(read.half_edges(), whole.half_edges());
         assert_eq!(read.macrocells().arrays(), whole.macrocells().arrays());
         assert_eq!(read.macrocells().map, whole.macrocells().map);
-        assert_eq!((read.directions(), read.orientations()), (whole.directions(), whole.orientations()));
+        assert_eq!(read.directions(), whole.directions());
+        let [here, there] = [&read, whole].map(|grid| grid.tables());
+        assert_eq!(here.center.lat_rad.get(7), there.center.lat_rad.get(7));
+        assert_eq!(here.corner.lon_rad.get(7), there.corner.lon_rad.get(7));
+        assert_eq!([read.cells(), read.triangles()], [whole.cells(), whole.triangles()]);
         assert_eq!(read.void_triangles(), whole.void_triangles());
         assert_eq!((read.lowest_facet(), read.longest_side()), (whole.lowest_facet(), whole.longest_side()));
-        assert_eq!((read.derived_bytes(), read.half_edge_bytes()), (whole.derived_bytes(), whole.half_edge_bytes()));
-        for triangle in 0..(whole.triangles() + whole.void_triangles()) as u32 {
-            assert_eq!(read.triangle(triangle), whole.triangle(triangle));
-            assert!((0..3).all(|k| read.across(triangle, k) == whole.across(triangle, k)));
+        assert_eq!((read.derived_bytes(), read.describe_holes()), (whole.derived_bytes(), whole.describe_holes()));
+        for cell in 0..whole.cells() as u32 {
+            assert!(read.triangles_around(cell).eq(whole.triangles_around(cell)) && read.fans(cell).count() > 0);
         }
         assert!(Grid::of_block(bytemuck::cast_slice(&words[..40])).is_err());
     }

@@ -11,7 +11,7 @@ use crate::walk::Side;
 use fearless_simd::prelude::*;
 use glam::DVec3;
 use icoray_grid::Grid;
-use icoray_grid::grid::half_edges::{HalfEdge, half_edge};
+use icoray_grid::grid::half_edges::HalfEdges;
 use icoray_simd::{Floats, Machine, Mask, Numbers, Table, Wide, WideMask, wide_mask};
 
 /// The numbers of the lanes whose bits are set.
@@ -27,23 +27,26 @@ pub(super) fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
 /// The tables over which a packet walks.
 #[derive(Clone, Copy)]
 pub(super) struct Mesh<'t> {
-    half_edges: Table<'t, HalfEdge>,
+    half_edges: &'t [HalfEdges],
+    /// Their words.
+    words: Table<'t, u32>,
     directions: Table<'t, [f64; 3]>,
 }
 
 impl<'t> Mesh<'t> {
-    /// The tables of a grid; `None` if it has more half-edges than a gather reaches.
+    /// The tables of a grid; `None` if it has more cells than a gather reaches.
     #[inline]
     pub fn new(grid: &'t Grid) -> Option<Self> {
-        Some(Mesh { half_edges: Table::new(grid.half_edges())?, directions: Table::new(grid.directions())? })
+        let (words, directions) = (Table::new(grid.half_edge_words())?, Table::new(grid.directions())?);
+        Some(Mesh { half_edges: grid.half_edges(), words, directions })
     }
 }
 
 impl Mesh<'_> {
-    /// A half-edge.
+    /// The half-edges of a triangle.
     #[inline(always)]
-    pub fn half_edge(&self, number: u32) -> HalfEdge {
-        self.half_edges.elements()[number as usize]
+    pub fn half_edges(&self, triangle: u32) -> &HalfEdges {
+        &self.half_edges[triangle as usize]
     }
 
     /// Starts to fetch the direction of a cell.
@@ -269,8 +272,8 @@ impl<V: Machine> Lanes<V> {
     #[inline(always)]
     pub fn step<L: Layers>(&mut self, simd: V, mesh: &Mesh, step: Mask<V>) -> Numbers<V> {
         let wide = wide_mask::<V>(step);
-        let record = simd.gather_record(mesh.half_edges, self.half_edge);
-        let (apex, triangles) = (record[half_edge::APEX], record[half_edge::TRIANGLE]);
+        let apex = self.next_apexes(simd, mesh);
+        let triangles = self.half_edge >> 2;
         let direction = simd.gather_vector(mesh.directions, apex);
         let seen = [dot(&direction, &self.axes[0]), dot(&direction, &self.axes[1]), dot(&direction, &self.axes[2])];
         let (zero, one) = (Wide::splat(simd, 0.0), Wide::splat(simd, 1.0));
@@ -316,7 +319,10 @@ impl<V: Machine> Lanes<V> {
         }
         self.next_weights[0] = step.select(w.narrow(), self.next_weights[0]);
         self.next_weights[1] = step.select(all(simd, 0.0), self.next_weights[1]);
-        let next = on_left.narrow().select(record[half_edge::NEXT], record[half_edge::NEXT + 1]);
+        // Beyond the side opposite the vertex at which the half-edge begins, or else the one after it.
+        let first = words_before::<V>(self.half_edge);
+        let after = (self.half_edge & 2).simd_eq(number(simd, 0)).select(first + 1, first - 2);
+        let next = simd.gather_u32(mesh.words, on_left.narrow().select(first, after));
         self.half_edge = step.select(next, self.half_edge);
         apex
     }
@@ -324,14 +330,14 @@ impl<V: Machine> Lanes<V> {
     /// The apexes of the columns behind those of the lanes.
     #[inline(always)]
     pub fn next_apexes(&self, simd: V, mesh: &Mesh) -> Numbers<V> {
-        let Some(words) = Table::new(mesh.half_edges.elements().as_flattened()) else { return self.cells[2] };
-        simd.gather_u32(words, (self.half_edge << 2) + half_edge::APEX as u32)
+        simd.gather_u32(mesh.words, words_before::<V>(self.half_edge) + 3)
     }
 
     /// Starts to fetch the half-edge through which a lane leaves its column.
     #[inline(always)]
     pub fn prefetch_half_edge(&self, mesh: &Mesh, lane: usize) {
-        mesh.half_edges.prefetch(self.half_edge[lane]);
+        let half_edge = self.half_edge[lane];
+        mesh.words.prefetch(half_edge + (half_edge >> 2 << 1));
     }
 
     /// The exit of the last column becomes the entry of the next, over the triangle with this apex.
@@ -372,6 +378,12 @@ impl<V: Machine> Lanes<V> {
             self.heights[2] = step.select(heights, self.heights[2]);
         }
     }
+}
+
+/// The number of words before that of half-edges in the records of [`HalfEdges`].
+#[inline(always)]
+fn words_before<V: Machine>(half_edges: Numbers<V>) -> Numbers<V> {
+    half_edges + ((half_edges >> 2) << 1)
 }
 
 /// The points at which rays leave their columns.

@@ -17,7 +17,7 @@ use crate::trace::{PrimaryRay, Target};
 use crate::walk::{Side, Walk, enter};
 use glam::DVec3;
 use icoray_grid::Grid;
-use icoray_grid::grid::half_edges::half_edge::{APEX, NEXT};
+use icoray_grid::grid::half_edges::{half_edge, place};
 
 /// Number of triangles after which the search is left to [`Walk::new`].
 const MOST_STEPS: usize = 40;
@@ -72,7 +72,7 @@ impl Rays<'_> {
                 without(number, Some(Radiance::none()));
                 continue;
             };
-            self.hints.set(begins_row, side.half_edge / 3);
+            self.hints.set(begins_row, place(side.half_edge).0);
             let (from_eye, surfaces) = (EyeDistance::new(eye, dir), BoundarySignature::default());
             return Some((Start { number, line, dir, from_eye, surfaces }, side, next_leap));
         }
@@ -95,7 +95,7 @@ fn first_column(
     // In the macrocell of the last ray its triangle is nearer.
     let hint = if last_shown[0] == near { last_shown[1] } else { near };
     let found = side_at(&tables.mesh, line, at, hint).unwrap_or_else(|| side(grid, &tables.mesh, line, hint));
-    *last_shown = [near, found.half_edge / 3];
+    *last_shown = [near, place(found.half_edge).0];
     Some((found, until))
 }
 
@@ -119,20 +119,13 @@ fn search_whole(grid: &Grid, line: RayLine, hint: u32) -> Side {
     Walk::new(grid, line, hint).side()
 }
 
-/// The cells of a triangle, counter-clockwise.
-#[inline(always)]
-fn cells_of(mesh: &Mesh, triangle: u32) -> [u32; 3] {
-    let apex = |k: u32| mesh.half_edge(3 * triangle + k)[APEX];
-    [apex(1), apex(2), apex(0)]
-}
-
 /// The triangle around `target`, by visibility: moves through a side that it lies beyond.
 #[inline]
 fn search(mesh: &Mesh, target: DVec3, hint: u32) -> Option<u32> {
     let mut triangle = hint;
     for _ in 0..MOST_STEPS {
         let [a, b, c] = {
-            let [a, b, c] = cells_of(mesh, triangle);
+            let [a, b, c] = mesh.half_edges(triangle).vertices();
             [mesh.direction(a), mesh.direction(b), mesh.direction(c)]
         };
         let sides = [b.cross(c).dot(target), c.cross(a).dot(target), a.cross(b).dot(target)];
@@ -145,8 +138,7 @@ fn search(mesh: &Mesh, target: DVec3, hint: u32) -> Option<u32> {
         if sides[farthest] >= 0.0 {
             return Some(triangle);
         }
-        // The half-edge that begins at a vertex leads, on its left, through the side opposite that vertex.
-        triangle = mesh.half_edge(3 * triangle + farthest as u32)[NEXT] / 3;
+        triangle = place(mesh.half_edges(triangle).beyond(farthest)).0;
     }
     None
 }
@@ -154,9 +146,9 @@ fn search(mesh: &Mesh, target: DVec3, hint: u32) -> Option<u32> {
 /// The vertices of a triangle that the ray's great circle crosses, those of the side of entry first, and its half-edge.
 #[inline]
 fn crossed(mesh: &Mesh, line: RayLine, triangle: u32) -> Option<([PlaneVertex; 3], u32)> {
-    let cells = cells_of(mesh, triangle);
+    let cells = mesh.half_edges(triangle).vertices();
     let see = |cell: u32| line.plane.project(cell, mesh.direction(cell));
     let seen: [PlaneVertex; 3] = [see(cells[0]), see(cells[1]), see(cells[2])];
     let k = (0..3).find(|&k| seen[k].is_left() && !seen[(k + 1) % 3].is_left())?;
-    Some(([seen[k], seen[(k + 1) % 3], seen[(k + 2) % 3]], 3 * triangle + k as u32))
+    Some(([seen[k], seen[(k + 1) % 3], seen[(k + 2) % 3]], half_edge(triangle, k)))
 }

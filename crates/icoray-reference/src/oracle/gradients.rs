@@ -31,7 +31,7 @@ impl<R: Fn(u32, usize) -> f64 + Sync, V: Fn(u32, usize) -> f64 + Sync> GradientI
     fn column(&self, cell: u32, row: &mut [DVec3]) {
         let mut count = vec![0u32; row.len()];
         let a = self.grid.direction(cell);
-        for triangle in self.grid.corners_of(cell).filter(|triangle| self.grid.is_triangle(*triangle)) {
+        for triangle in self.grid.triangles_around(cell) {
             let cells = self.grid.triangle(triangle);
             let k = cells.iter().position(|&c| c == cell).expect("a cell is at its own corners");
             let cells = [0, 1, 2].map(|i| cells[(k + i) % 3]);

@@ -156,7 +156,7 @@ impl<'a> Oracle<'a> {
         let grid = self.data.grid;
         let place = |cell: u32| self.radius(cell, layer) * grid.direction(cell);
         let vertex = |cell: u32| {
-            let facets = grid.corners_of(cell).filter(|corner| grid.is_triangle(*corner)).map(|triangle| {
+            let facets = grid.triangles_around(cell).map(|triangle| {
                 let [a, b, c] = grid.triangle(triangle).map(place);
                 let across = (b - a).cross(c - a);
                 across * across.dot(grid.direction(cell)).signum()

@@ -1,7 +1,6 @@
 //! The memory that a frame takes, computed before it is allocated.
 
 use super::{Plan, Savings};
-use icoray_grid::vectors::packets;
 use icoray_grid::{Grid, Result, memory};
 use icoray_kernel::empty_space_skipping::{clear_knots, clear_ranges};
 use icoray_kernel::transfer::{KernelKnot, Spans};
@@ -21,10 +20,8 @@ const MAX_CLEAR: usize = 3;
 /// per range of clear values; a frequent single clear value may take another word.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FrameMemory {
-    /// Directions, orientations and neighbours: taken by [`Grid::new`] and kept as long as the grid.
+    /// Directions and half-edges: taken by [`Grid::new`] and kept as long as the grid.
     pub grid: u64,
-    /// Half-edges, by which packets of rays walk: taken by the first frame and kept as long as the grid.
-    pub half_edges: u64,
     /// Averages of a field at corners.
     pub averages: u64,
     /// Derived fields, and the fields of first frames of which they are made.
@@ -38,10 +35,9 @@ pub struct FrameMemory {
 }
 
 impl FrameMemory {
-    fn parts(&self) -> [(&'static str, u64); 7] {
+    fn parts(&self) -> [(&'static str, u64); 6] {
         [
             ("tables of the grid", self.grid),
-            ("half-edges", self.half_edges),
             ("averages of corners", self.averages),
             ("derived fields", self.derived),
             ("visible blocks", self.occupancy),
@@ -81,15 +77,11 @@ impl Plan {
         savings: Savings,
         counts_cells: bool,
     ) -> FrameMemory {
-        let (half_edges, are_made) = grid.half_edge_bytes();
-        let has_packets = savings.lanes && packets().is_some() && Self::is_for_packets(scene);
-        let walks = has_packets && self.beyond_gathers(scene, grid).is_none();
         let is_own = !is_part && scene.scenery.heights != Heights::Native;
         let is_packed = is_own && savings.packing && self.allows_single_gradients(scene);
         let is_partial = counts_cells && is_own && savings.gradients;
         FrameMemory {
-            grid: grid.derived_bytes() as u64 - if are_made { half_edges } else { 0 },
-            half_edges: if walks { half_edges } else { 0 },
+            grid: grid.derived_bytes() as u64,
             averages: self.average_bytes,
             derived: self.derived_bytes,
             occupancy: if savings.empty_space { self.occupancy_bytes(scene, grid) } else { 0 },

@@ -4,8 +4,8 @@ use super::mesh::{Corner, CornerKey, NodeMesh, Numbers};
 use super::node_ranks::NodeRanks;
 use super::owners::OwnCorners;
 use super::{RankLists, RankMessages, Ranks, bad};
-use icoray_grid::grid::unit_vector;
-use icoray_grid::{LonLat, Result};
+use glam::DVec3;
+use icoray_grid::Result;
 use std::collections::HashMap;
 
 /// Distance, in planet radii, within which two ranks' positions of a cell count as equal: tens of roundings of f32.
@@ -103,27 +103,25 @@ impl ColumnLookup {
     /// The own cells that this rank supplies to its node and, as requested by ranks of them, to other node, on which
     /// their positions must be the same as here. Collective.
     fn cells_for(&self, ranks: &mut Ranks, numbers: &Numbers, mesh: &NodeMesh, node: &NodeRanks) -> Result<Supply> {
-        let [here, there] = [numbers.grid, mesh.grid].map(|grid| grid.tables().center);
-        let position = |of: &LonLat, row: u32| [of.lon_rad.get(row as usize), of.lat_rad.get(row as usize)];
         let mut requests = RankLists::new();
         let mut supply = Supply::default();
         for (row, (cell, owner)) in (0u32..).zip(mesh.global.iter().zip(mesh.owner)) {
             if let Some(column) = self.cells.get(cell) {
                 supply.own.push((*column, row));
             } else if node.has_share(*owner as usize) && !node.is_mate(*owner as usize) {
-                requests.entry(*owner as usize).or_default().push((*cell, row, position(&there, row)));
+                requests.entry(*owner as usize).or_default().push((*cell, row, mesh.grid.directions()[row as usize]));
             }
         }
-        let received = ranks.exchange_lists::<(u64, u32, [f64; 2])>(&requests)?;
+        let received = ranks.exchange_lists::<(u64, u32, [f64; 3])>(&requests)?;
         let grant = || {
             for (rank, requests) in received {
                 for (cell, row, theirs) in requests {
                     let column = self.cells.get(&cell);
                     let column = column.ok_or_else(|| bad(format!("cell {cell} is another rank's")))?;
-                    let mine = position(&here, *column);
-                    let [a, b] = [mine, theirs].map(|[lon, lat]| unit_vector(lon, lat));
-                    if a.distance(b) > POSITION {
-                        let [mine, theirs] = [mine, theirs].map(|at| at.map(f64::to_degrees));
+                    let [mine, theirs] = [numbers.grid.direction(*column), theirs.into()];
+                    if mine.distance(theirs) > POSITION {
+                        let lon_lat = |at: DVec3| [at.y.atan2(at.x), at.z.atan2(at.x.hypot(at.y))].map(f64::to_degrees);
+                        let [mine, theirs] = [mine, theirs].map(lon_lat);
                         let number = cell as i64 + i64::from(numbers.grid.tables().index_base);
                         return Err(bad(format!(
                             "cell {number}: longitude and latitude {theirs:.3?} degrees in the halo of rank {rank}'s \

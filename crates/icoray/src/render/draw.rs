@@ -33,16 +33,7 @@ pub(super) use recorded_ray::{ProbedScene, RayPart};
 
 /// Rays through the scene.
 impl<'p, 'f> Work<'p, 'f> {
-    /// Computes the inputs of tracing that are not computed yet.
-    pub(super) fn get_ready(&self) {
-        if self.built.get().packets.is_some() {
-            self.context.grid.half_edges();
-        }
-    }
-
     pub(super) fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {
-        // Before there are tiles, each of which would ask for them.
-        self.get_ready();
         let packets = self.built.get().packets.as_ref().map(|(level, packets)| (*level, packets));
         SceneTracer { rays: self.settings(quality), packets, integrates: self.context.renderer.integrates }.boxed()
     }

@@ -143,11 +143,9 @@ impl FrameCache {
     }
 
     /// The memory of a frame that neither this cache nor the grid already has.
-    pub fn missing(&self, all: FrameMemory, grid: &Grid) -> FrameMemory {
-        let (_, has_half_edges) = grid.half_edge_bytes();
+    pub fn missing(&self, all: FrameMemory) -> FrameMemory {
         FrameMemory {
             grid: 0,
-            half_edges: if has_half_edges { 0 } else { all.half_edges },
             averages: 0,
             derived: 0,
             occupancy: all.occupancy.saturating_sub(self.visible.bytes(OccupancyMask::bytes)),

@@ -75,7 +75,7 @@ fn check_memory(context: &FrameContext) -> Result<()> {
     }
     let fits = |counts_cells: bool| {
         let all = plan.memory_with(scene, grid, part.is_some(), renderer.savings, counts_cells);
-        renderer.frame_cache.missing(all, grid).require(renderer.memory_limit)
+        renderer.frame_cache.missing(all).require(renderer.memory_limit)
     };
     // Counts cells only if gradients at all of them do not fit.
     fits(false).or_else(|_| fits(true))

@@ -56,12 +56,6 @@ impl Work<'_, '_> {
         let Some(deadline) = deadline else { return self.coarsest_within(asked, on_device) };
         // Without tiles the device only uploads its inputs: the time of a probe is that of its rays.
         self.trace(&asked, &self.raster(), &[], on_device, &|_| ());
-        if !on_device.is_there() {
-            // Excludes this from the measured time of a probe.
-            self.get_ready();
-        }
-        // Nor is the time in which levels get ready.
-        self.levels.iter().for_each(|level| drop(level.tracer(&asked)));
         let levels = self.levels.len() as u32;
         deadline.pick(asked, self.raster(), (on_device.is_there(), levels), |quality, raster| {
             let all: Vec<u32> = (0..raster.tiles()).collect();

@@ -32,23 +32,18 @@ pub fn assert_closed(grid: &Grid, name: &str) {
     let all = all.filter(|&t| grid.is_triangle(t) || grid.is_void(t));
     let mut sides = 0;
     for t in all.clone() {
-        let wound = |t: u32| {
-            let [a, b, c] = grid.triangle(t);
-            if grid.is_clockwise(t) { [a, c, b] } else { [a, b, c] }
-        };
         let v = grid.triangle(t);
         for k in 0..3 {
             let other = grid.across(t, k);
             assert!(grid.is_triangle(other) || grid.is_void(other), "{name}: {t} leads to {other}");
             assert!((0..3).any(|j| grid.across(other, j) == t), "{name}: {other} does not lead back to {t}");
             let ends = [v[(k + 1) % 3], v[(k + 2) % 3]];
-            let runs = |t: u32, from: u32, to: u32| (0..3).any(|i| wound(t)[i] == from && wound(t)[(i + 1) % 3] == to);
-            let there = runs(t, ends[0], ends[1]);
-            let (from, to) = if there { (ends[0], ends[1]) } else { (ends[1], ends[0]) };
-            assert!(runs(t, from, to) && runs(other, to, from), "{name}: side {k} of {t} and {other}");
+            let w = grid.triangle(other);
+            let runs_back = (0..3).any(|i| [w[(i + 1) % 3], w[i]] == ends);
+            assert!(runs_back, "{name}: side {k} of {t} and {other}");
             sides += 1;
         }
-        let [a, b, c] = wound(t).map(|cell| grid.direction(cell));
+        let [a, b, c] = v.map(|cell| grid.direction(cell));
         assert!(a.dot(b.cross(c)) > -1e-15, "{name}: {t} is turned round");
     }
     // Every vertex that is used has one ring of triangles: V - E + F = 2.

@@ -86,7 +86,8 @@ impl NodeGrid {
         grid.write(ranks, |put| {
             let Some(mesh) = &joined else { return Ok(()) };
             bytes = mesh.lengths[1];
-            mesh.grid.with_arrays(|arrays| block::write(arrays, put))
+            mesh.grid.with_arrays(|arrays| block::write(arrays, put));
+            Ok(())
         })?;
         drop(joined);
         let grid = SharedGrid::try_new(grid, |memory| Grid::of_block(memory.bytes()));
@@ -152,7 +153,7 @@ impl JoinedMesh {
         // A thread of its own: neither uses the caller's threads nor starts the process-wide pool.
         let (grid, length) = Threads::new(1)?.run(|| {
             let grid = OwnedGrid::new(tables)?;
-            let length = grid.with_arrays(block::length)?;
+            let length = grid.with_arrays(block::length);
             Ok((grid, length))
         })?;
         let owner = cells.iter().map(|cell| cell.owner).collect();
@@ -222,12 +223,14 @@ fn set_corners(to: &mut Connectivity, corner_cell: &[i32], cells: &[CellRow], co
     let mut table = vec![MISSING; row * cells.len()];
     for ((cell, around), place) in cells.iter().zip(&mut around).zip(table.chunks_exact_mut(row)) {
         around.sort_by_key(|corner| corners[*corner as usize].key());
-        for (k, place) in place.iter_mut().enumerate().take(around.len()) {
+        for (k, place) in place.iter_mut().enumerate() {
+            // A longer row repeats the last corner.
+            let k = k.min(around.len().saturating_sub(1));
             // Cells of other nodes have only some of their corners here, in any order.
-            let at = if cell.order.len() == around.len() { usize::from(cell.order[k]) } else { k };
+            let at = cell.order.get(k).filter(|_| cell.order.len() == around.len()).map_or(k, |at| usize::from(*at));
             *place = around.get(at).copied().unwrap_or(MISSING);
         }
     }
-    to.cell_corner_count = around.iter().map(|around| around.len().max(3) as i32).collect();
+    to.cell_corner_count = vec![row as i32; cells.len()];
     (to.cell_corner, to.cell_corner_row) = (table, row);
 }

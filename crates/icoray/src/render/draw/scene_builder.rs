@@ -157,12 +157,8 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
     }
 
     fn packets(&self, built: &KernelScene<'f>) -> Result<Option<(VectorLevel, PacketScene<'f>)>> {
-        let FrameContext { plan, grid, .. } = *self.context;
         let Some(level) = self.vectors() else { return Ok(None) };
-        let Some(packets) = PacketScene::new(built, &plan.radius, self.leaps()) else { return Ok(None) };
-        if self.context.device.is_err() {
-            grid.make_half_edges()?;
-        }
+        let Some(packets) = PacketScene::new(built, &self.context.plan.radius, self.leaps()) else { return Ok(None) };
         let packets = match self.context.deviations {
             Some(deviations) => packets.with_deviations(deviations),
             None => packets,
