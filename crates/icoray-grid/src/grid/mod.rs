@@ -192,7 +192,7 @@ impl<'a> Grid<'a> {
         let mut is_found = vec![false; self.void_triangles()];
         let mut holes = Vec::new();
         for first in 0..self.void_triangles() {
-            let (mut queue, mut triangles, mut beside) = (vec![first], 0, None);
+            let (mut queue, mut triangles, mut beside) = (vec![first], 0, u32::MAX);
             while let Some(at) = queue.pop() {
                 if std::mem::replace(&mut is_found[at], true) {
                     continue;
@@ -202,12 +202,12 @@ impl<'a> Grid<'a> {
                     let other = self.across((self.triangles() + at) as u32, k);
                     match (other as usize).checked_sub(self.triangles()) {
                         Some(void) => queue.push(void),
-                        None => beside = Some(beside.map_or(other, |known: u32| known.min(other))),
+                        None => beside = beside.min(other),
                     }
                 }
             }
             if triangles > 0 {
-                holes.push((triangles, beside));
+                holes.push((triangles, (beside != u32::MAX).then_some(beside)));
             }
         }
         holes

@@ -46,6 +46,13 @@ pub fn assert_closed(grid: &Grid, name: &str) {
         let [a, b, c] = v.map(|cell| grid.direction(cell));
         assert!(a.dot(b.cross(c)) > -1e-15, "{name}: {t} is turned round");
     }
+    for cell in 0..grid.cells() as u32 {
+        let mut around: Vec<u32> = grid.triangles_around(cell).collect();
+        let mut expected: Vec<u32> = grid.corners_of(cell).filter(|corner| grid.is_triangle(*corner)).collect();
+        around.sort_unstable();
+        expected.sort_unstable();
+        assert_eq!(around, expected, "{name}: cell {cell}");
+    }
     // Every vertex that is used has one ring of triangles: V - E + F = 2.
     let used: HashSet<u32> = all.flat_map(|t| grid.triangle(t)).collect();
     assert_eq!(used.len() as i64 - sides / 2 + sides / 3, 2, "{name}");
