@@ -66,7 +66,8 @@ fn a_frame_takes_the_memory_of_its_plan() {
     let cells: Vec<&str> = row.trim_matches('|').split('|').collect();
     let [unlit, lit] = [cells[cells.len() - 2], cells[cells.len() - 1]].map(measured_and_planned);
     for [measured, planned] in [unlit, lit] {
-        assert!((planned / measured - 1.0).abs() < 0.1, "{row}");
+        // The buffers and threads of a picture take 2 bytes per cell that are not planned.
+        assert!((planned - measured).abs() < 3.0f64.max(0.1 * measured), "{row}");
     }
     assert!(lit[0] > unlit[0] + 40.0, "gradients take memory: {row}");
 }
