@@ -1,7 +1,7 @@
 //! Every pixel of random scenes of all kinds within its error of an oracle that shares no code with the kernels.
 
 use icoray::Renderer;
-use icoray_reference::random::{Checked, RandomScene, check};
+use icoray_reference::random::{Checked, RandomScene, check, check_levels};
 
 /// Checks every pixel of the scenes of these seeds.
 fn no_pixel_is_beyond_its_error(seeds: impl Iterator<Item = u64>) {
@@ -17,6 +17,24 @@ fn no_pixel_is_beyond_its_error(seeds: impl Iterator<Item = u64>) {
 #[test]
 fn no_pixel_of_random_scenes_is_beyond_its_error() {
     no_pixel_is_beyond_its_error(1..=300);
+}
+
+/// Scenes on coarser grids, whatever the error of these; one of them has the rims of so many holes that no grid is
+/// coarser than the first.
+#[test]
+fn no_pixel_of_random_scenes_on_levels_is_beyond_its_error() {
+    let finest = Renderer::new(2).unwrap();
+    let levels = [1, 2].map(|level| Renderer::new(2).unwrap().on_level(level));
+    let (mut checked, mut on_coarsest) = (Checked::default(), 0);
+    for seed in 800_001..800_101 {
+        let drawn = RandomScene::with_levels(seed).unwrap();
+        let of_levels = check_levels(&drawn, &finest, &levels).unwrap();
+        on_coarsest += usize::from(of_levels.len() == levels.len());
+        of_levels.into_iter().for_each(|level| checked.add(level));
+    }
+    println!("{} pixels on levels, {} errors known", checked.pixels, checked.ratios.len());
+    assert!(checked.failures.is_empty(), "{}", checked.failures.join("\n"));
+    assert!(on_coarsest > 40 && checked.ratios.len() > 3_000, "{on_coarsest}, {}", checked.ratios.len());
 }
 
 /// Scenes that were wrong once: frames that did not end; a surface on the outermost layer along the axis; a smaller

@@ -1,9 +1,11 @@
 //! Random scenes of all kinds, every pixel against the oracle.
 
 mod draw;
+mod levels;
 mod scene_text;
 
 pub use draw::RandomScene;
+pub use levels::check_levels;
 pub use scene_text::KINDS;
 
 use crate::comparison::pixel_error;

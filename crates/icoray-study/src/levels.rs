@@ -1,5 +1,8 @@
 //! Levels of detail: seconds and errors of pictures on the model's grid and, of the same values, on coarser ones.
 
+mod each;
+mod random;
+
 use crate::results::{Table, in_turn, progress, replace_section, say, timed};
 use crate::scenes::multi_scale;
 use crate::speed::{self, Size};
@@ -26,6 +29,18 @@ pub struct Options {
     /// Pairs of frames.
     #[arg(long, default_value_t = 3)]
     pub frames: usize,
+    /// Checks every pixel of this number of random scenes on each level instead.
+    #[arg(long, value_name = "N")]
+    pub random: Option<u64>,
+    /// Seed of the first random scene; each of the others has the next.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Draws each level of three fields instead, of the first size and of a file of MPAS: seconds, errors and pictures.
+    #[arg(long)]
+    pub each: bool,
+    /// With `--each`: directory of the data files; else that of ICORAY_TEST_DATA, else ../shared/data.
+    #[arg(long, value_name = "DIR")]
+    pub data: Option<PathBuf>,
     /// Directory of levels.csv.
     #[arg(long, default_value = "out/levels")]
     pub out: PathBuf,
@@ -40,6 +55,12 @@ const COLUMNS: &str =
 
 /// Measures all sizes and tolerances, prints a line for each and writes the table.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
+    if let Some(count) = options.random {
+        return random::run(count, options.seed, options.threads, out);
+    }
+    if options.each {
+        return each::run(options, out);
+    }
     let mut table = Table::create(options.out.join("levels.csv"), COLUMNS)?;
     let mut markdown = "| grid | scene | tolerance | model's grid s | making grids s | values s | level | s | ratio | error \
                         reported, largest | mean | largest difference |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n"

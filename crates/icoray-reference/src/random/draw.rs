@@ -6,7 +6,8 @@ use crate::oracle::{Data, NamedField};
 use crate::shading::direction;
 use glam::{DQuat, DVec3};
 use icoray::{
-    Error, ErrorKind, Field, Fields, Grid, IcosahedralMesh, Layers, Location, OwnedReals, Result, Scene, Shape,
+    Error, ErrorKind, Field, Fields, Grid, IcosahedralMesh, Layers, Location, OwnedReals, Precision, Result, Scene,
+    Shape,
 };
 use icoray_test_support::Random;
 use std::fmt::Write as _;
@@ -22,7 +23,8 @@ pub struct RandomScene {
     /// The parsed scene.
     pub scene: Scene,
     mesh: Culled,
-    pub(super) layers: Layers,
+    /// The layers.
+    pub layers: Layers,
     /// Heights of each column's layers, metres, level-fastest.
     heights: Vec<f64>,
     pub(super) fields: Vec<NamedField<'static>>,
@@ -38,9 +40,24 @@ impl RandomScene {
     /// # Errors
     /// As [`Scene::parse`] and [`Layers::from_heights`], where an invalid scene is drawn.
     pub fn new(seed: u64) -> Result<Self> {
+        Self::draw(seed, [1, 2, 2, 3], &KINDS)
+    }
+
+    /// Draws a scene of one volume without light in f32, on a mesh that has levels of detail.
+    ///
+    /// # Errors
+    /// As [`RandomScene::new`].
+    pub fn with_levels(seed: u64) -> Result<Self> {
+        let mut drawn = Self::draw(seed, [4, 5, 5, 5], &KINDS[..2])?;
+        (drawn.scene.lighting, drawn.scene.precision) = (None, Precision::F32);
+        Ok(drawn)
+    }
+
+    /// Draws a scene of one of these kinds on a mesh of one of these bisections.
+    fn draw(seed: u64, bisections: [u32; 4], kinds: &[&'static str]) -> Result<Self> {
         let mut random = Random::new(seed);
         let random = &mut random;
-        let (mesh, mut recipe) = mesh(random)?;
+        let (mesh, mut recipe) = mesh(random, bisections)?;
         let grid = mesh.grid();
         let layers = 2 + random.below(6);
         let top = 10f64.powf(uniform(random, -4.0, -0.5));
@@ -53,8 +70,8 @@ impl RandomScene {
         });
         let heights: Vec<f64> = columns.collect();
         let is_single = random.below(2) == 0;
-        let log = random.below(KINDS.len()) == 1;
-        let kind = if log { KINDS[1] } else { KINDS[[0, 2, 3, 4, 5, 6, 7, 8][random.below(8)]] };
+        let log = random.below(kinds.len()) == 1;
+        let kind = if log { KINDS[1] } else { kinds[[0, 2, 3, 4, 5, 6, 7, 8][random.below(kinds.len() - 1)]] };
         let mut fields = Vec::new();
         for name in ["f", "g"] {
             let style = if log { STYLES.len() - 1 } else { [0, 1, 1, 1, 1, 2, 2, 2, 3, 3, 4, 4][random.below(12)] };
@@ -63,7 +80,13 @@ impl RandomScene {
             fields.push(NamedField { name, values });
         }
         let radii: Vec<f64> = up.iter().map(|up| top * up).collect();
-        let mut writer = SceneText { random, fields: &fields, top, layers, text: String::new() };
+        let sorted = fields.iter().map(|field| {
+            let mut sorted: Vec<f64> = field.values.iter().copied().filter(|value| value.is_finite()).collect();
+            sorted.sort_by(f64::total_cmp);
+            sorted
+        });
+        let sorted = sorted.collect();
+        let mut writer = SceneText { random, fields: &fields, sorted, top, layers, text: String::new() };
         writer.scene(kind, &grid);
         let text = writer.text;
         let mut scene =
@@ -79,7 +102,8 @@ impl RandomScene {
         Ok(RandomScene { seed, kind, text, scene, mesh, layers, heights, fields, given, recipe })
     }
 
-    pub(super) fn grid(&self) -> Grid<'_> {
+    /// The grid of the mesh.
+    pub fn grid(&self) -> Grid<'_> {
         self.mesh.grid()
     }
 
@@ -88,7 +112,10 @@ impl RandomScene {
     }
 
     /// The fields in the model's precision.
-    pub(super) fn model_fields(&self) -> Result<Fields<'_>> {
+    ///
+    /// # Errors
+    /// As [`Field::new`].
+    pub fn model_fields(&self) -> Result<Fields<'_>> {
         let shape = Shape::level_fastest(self.heights.len() / self.layers.count(), self.layers.count());
         let field = |values| Field::new(values, shape, Location::Center, None);
         let [f, g] = [0, 1].map(|k: usize| field(self.given[k].as_reals()));
@@ -97,8 +124,8 @@ impl RandomScene {
 }
 
 /// An icosahedral mesh with jittered cells, turned at random, in one of four cases with holes; and its recipe.
-fn mesh(random: &mut Random) -> Result<(Culled, String)> {
-    let level = [1, 2, 2, 3][random.below(4)];
+fn mesh(random: &mut Random, bisections: [u32; 4]) -> Result<(Culled, String)> {
+    let level = bisections[random.below(4)];
     let jitter = uniform(random, 0.0, 0.2) * 1.1 / f64::from(1 << level);
     let mut mesh = IcosahedralMesh::new(level)?;
     let turn = DQuat::from_axis_angle(DVec3::from_array(random.direction()), uniform(random, 0.0, 6.0));

@@ -26,6 +26,8 @@ const SIZE: [u32; 2] = [25, 19];
 pub(super) struct SceneText<'w> {
     pub random: &'w mut Random,
     pub fields: &'w [NamedField<'static>],
+    /// The finite values of each field.
+    pub sorted: Vec<Vec<f64>>,
     /// Height of the highest layer.
     pub top: f64,
     pub layers: usize,
@@ -52,14 +54,14 @@ impl SceneText<'_> {
 
     /// A value about the field's, from the sorted ones, or near the one that it is everywhere.
     fn value(&mut self, field: usize) -> f64 {
-        let mut sorted: Vec<f64> = self.fields[field].values.iter().copied().filter(|v| v.is_finite()).collect();
-        sorted.sort_by(f64::total_cmp);
+        let sorted = &self.sorted[field];
         let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
         if high - low <= 1e-5 * high.abs() {
             return self.uniform(0.5, 1.5) * low;
         }
         let i = self.random.below(sorted.len() - 1);
-        self.uniform(sorted[i], sorted[i + 1])
+        let [below, above] = [sorted[i], sorted[i + 1]];
+        self.uniform(below, above)
     }
 
     fn two_values(&mut self, field: usize) -> [f64; 2] {

@@ -20,9 +20,24 @@ use icoray_scene::{Lights, Method, Precision, Quality};
 use rayon::prelude::*;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-/// Minimum number of cells of a level, and of a grid that has levels, which leave out the one of a quarter of the
-/// cells.
-const MIN_CELLS: usize = 8_000;
+/// The level on which pictures are traced.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum LevelChoice {
+    /// The grid itself.
+    Finest,
+    /// The fastest one within the tolerance, or within the time budget.
+    WithinTolerance,
+    /// The one of this number, or the coarsest, whatever its error.
+    Fixed(u32),
+}
+
+impl LevelChoice {
+    /// Minimum number of cells of a level; a grid that has levels has eight times as many, as the level of a quarter of
+    /// the cells is left out.
+    fn min_cells(self) -> usize {
+        if matches!(self, LevelChoice::Fixed(_)) { 100 } else { 8_000 }
+    }
+}
 
 /// Level of a grid: a coarser grid.
 #[derive(Debug)]
@@ -81,13 +96,14 @@ impl LevelCache {
         let key = LevelKey { source, falling: plan.falling, radius: plan.radius.clone(), knots };
         let has_budget = scene.time_budget_ms.is_some();
         let was_drawn = !has_budget && known.last.replace(key.clone()).as_ref() == Some(&key);
+        let choice = context.renderer.level_choice;
         match &known.levels {
             Some((of, levels)) if *of == key => return levels.clone(),
-            _ if !was_drawn => return Arc::default(),
+            _ if !was_drawn && choice == LevelChoice::WithinTolerance => return Arc::default(),
             _ => {}
         }
         if !known.grid.ptr_eq(&grid.lifetime_token()) {
-            (known.grid, known.grids) = (grid.lifetime_token(), grids(grid));
+            (known.grid, known.grids) = (grid.lifetime_token(), grids(grid, choice.min_cells()));
         }
         let levels: Arc<[Level]> = known.grids.iter().map(|of| Level::new(context, of.clone(), &key)).collect();
         known.levels = Some((key, levels.clone()));
@@ -100,7 +116,7 @@ fn is_supported(context: &FrameContext) -> bool {
     let FrameContext { renderer, scene, plan, grid, part, .. } = *context;
     let is_packed = renderer.vectors().is_some() && scene.method == Method::Exact && scene.precision == Precision::F32;
     let is_alone = scene.has_single_volume() && scene.volumes.len() == 1 && scene.volumes[0].opacity.is_none();
-    renderer.has_levels
+    renderer.level_choice != LevelChoice::Finest
         && renderer.memory_limit.is_none()
         && renderer.savings.reuse
         && context.device.is_err()
@@ -110,17 +126,18 @@ fn is_supported(context: &FrameContext) -> bool {
         && is_alone
         && scene.samples <= 1
         && plan.radius.len() > 1
-        && grid.cells() > 8 * MIN_CELLS
+        && grid.cells() > 8 * renderer.level_choice.min_cells()
 }
 
-/// The levels of a grid, the finest first; fewer where no coarser mesh is found, or does not fit.
-fn grids(grid: &Grid) -> Vec<Arc<LevelGrid>> {
+/// The levels of a grid, of at least this number of cells, the finest first; fewer where no coarser mesh is found or
+/// fits, and where most cells are at rims of holes, which stay.
+fn grids(grid: &Grid, min_cells: usize) -> Vec<Arc<LevelGrid>> {
     let mut found: Vec<Arc<LevelGrid>> = Vec::new();
     let Ok(first) = CoarseGrid::new(grid) else { return found };
     loop {
         let below = found.last().map_or(&first, |level| &level.coarse);
         match CoarseGrid::new(below.grid()).map(|next| next.over(below.cells())) {
-            Ok(coarse) if coarse.grid().cells() >= MIN_CELLS => {
+            Ok(coarse) if (min_cells..=below.grid().cells() / 2).contains(&coarse.grid().cells()) => {
                 let over = CellsOver::new(grid, coarse.grid());
                 found.push(Arc::new(LevelGrid { coarse, over }));
             }

@@ -1,6 +1,7 @@
 //! The renderer itself: its threads, its devices, and its cache between pictures.
 
 use super::frame_cache::FrameCache;
+use super::levels::LevelChoice;
 use crate::derive::DerivedFieldCache;
 use crate::device::{Device, DeviceRequest, Devices, FallbackReason, unsupported};
 use crate::plan::Savings;
@@ -46,7 +47,7 @@ pub struct Renderer {
     opened: Mutex<HashMap<DeviceRequest, OpenedDevice>>,
     pub(super) savings: Savings,
     pub(super) integrates: bool,
-    pub(super) has_levels: bool,
+    pub(super) level_choice: LevelChoice,
     pub(super) progress: Option<Progress>,
     pub(super) stop: Option<Arc<AtomicBool>>,
     pub(super) memory_limit: Option<u64>,
@@ -67,7 +68,7 @@ impl Renderer {
             opened: Mutex::default(),
             savings: Savings::ALL,
             integrates: true,
-            has_levels: false,
+            level_choice: LevelChoice::Finest,
             progress: None,
             stop: None,
             memory_limit: None,
@@ -100,7 +101,15 @@ impl Renderer {
     /// one process, without a memory limit. [`Quality::level`](icoray_scene::Quality::level) says which grid was used.
     #[must_use]
     pub fn with_levels(self) -> Self {
-        Renderer { has_levels: true, ..self }
+        Renderer { level_choice: LevelChoice::WithinTolerance, ..self }
+    }
+
+    /// Traces pictures on this level of detail, or on the coarsest one of a grid with fewer, whatever its error, from
+    /// the first picture and for grids of more than 800 cells. For measurements.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn on_level(self, level: u32) -> Self {
+        Renderer { level_choice: LevelChoice::Fixed(level), ..self }
     }
 
     /// The machine's vector instructions, if rays are traced in packets.

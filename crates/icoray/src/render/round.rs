@@ -3,6 +3,7 @@
 
 use super::context::FrameContext;
 use super::device::OnDevice;
+use super::levels::LevelChoice;
 use super::renderer::Progress;
 use super::work::Work;
 use crate::edges;
@@ -96,10 +97,12 @@ impl Rounds<'_, '_, '_> {
         made
     }
 
-    /// Traces pixels of a level whose errors exceed the tolerance again, on the model's grid, if there is no time
-    /// budget. Collective.
+    /// Traces pixels of a level whose errors exceed the tolerance again, on the model's grid, if the level was chosen for
+    /// the tolerance. Collective.
     pub fn refined(&mut self, ranks: &mut Ranks, drawn: Option<Drawn>) -> Result<Option<Drawn>> {
-        if self.quality.level == 0 || self.work.context.scene.time_budget_ms.is_some() {
+        let FrameContext { renderer, scene, .. } = *self.work.context;
+        let is_within_tolerance = renderer.level_choice == LevelChoice::WithinTolerance;
+        if self.quality.level == 0 || !is_within_tolerance || scene.time_budget_ms.is_some() {
             return Ok(drawn);
         }
         self.quality.level = 0;

@@ -4,7 +4,7 @@ use super::context::FrameContext;
 use super::device::OnDevice;
 use super::draw::BuiltScene;
 use super::lazy::Lazy;
-use super::levels::LevelRays;
+use super::levels::{LevelChoice, LevelRays};
 use super::renderer::Renderer;
 use crate::edges::Edges;
 use crate::plan::budget::allowed;
@@ -53,6 +53,9 @@ impl Work<'_, '_> {
 
     /// The requested quality, or the best one that keeps the deadline on the device that draws.
     pub(super) fn pick(&self, asked: Quality, deadline: Option<Deadline>, on_device: &mut OnDevice) -> Quality {
+        if let LevelChoice::Fixed(level) = self.context.renderer.level_choice {
+            return Quality { level: level.min(self.levels.len() as u32), ..asked };
+        }
         let Some(deadline) = deadline else { return self.coarsest_within(asked, on_device) };
         // Without tiles the device only uploads its inputs: the time of a probe is that of its rays.
         self.trace(&asked, &self.raster(), &[], on_device, &|_| ());

@@ -2,7 +2,6 @@
 
 use crate::common::{DENSE, FAR, INSIDE, LIT, Model, SHELL, at_centers, count_beyond, even_heights, scene};
 use icoray::{Frame, Precision, Renderer, Scene};
-use icoray_test_support::Random;
 
 const LAYERS: usize = 9;
 const STEPS: &str = "knots = [ { value = -0.5, color = \"orange\", extinction = 30 }, { value = -0.5, color = \"blue\", extinction = 0 }, \
@@ -81,38 +80,4 @@ fn lit_pictures_without_a_budget_are_of_the_grid() {
         let [_, second, _] = draw(&model, [&scene; 3]);
         assert_eq!(second.report.quality.level > 0, is_on_level, "{light}");
     }
-}
-
-/// Random transfer functions with steps, cameras, noise and missing values, on a level whatever its error.
-#[test]
-fn pixels_of_random_scenes_are_within_their_errors() {
-    let mut known = 0;
-    for seed in 0..8 {
-        let mut random = Random::new(900_000 + seed);
-        let waves = 1.0 + random.below(4) as f64;
-        let mut model = model(waves, random.below(4) == 0, random.below(2) == 0);
-        let noise = 10f64.powf(-3.0 * random.unit()) as f32;
-        model.values[0].iter_mut().for_each(|value| *value += noise * (random.unit() as f32 - 0.5));
-        let (mut value, mut is_step, mut knots) = (-1.0, true, String::new());
-        for _ in 0..3 + random.below(6) {
-            is_step = !is_step && random.below(4) == 0;
-            value += if is_step { 0.0 } else { 0.01 + 0.5 * random.unit() };
-            let [r, g, b] = [(); 3].map(|()| random.below(256));
-            let extinction = if random.below(3) == 0 { 0.0 } else { 10f64.powf(3.0 * random.unit() - 1.0) };
-            knots += &format!("{{ value = {value}, color = \"rgb({r} {g} {b})\", extinction = {extinction} }}, ");
-        }
-        let distance = 1.02 + 3.0 * random.unit();
-        let [x, y, z] = random.direction().map(|part| distance * part);
-        let camera = format!("eye = [{x}, {y}, {z}]\ntarget = [{}, 0.2, 0.1]\nfov = 60", 0.3 * random.unit());
-        let core = ["core = \"transparent\"", ""][random.below(2)];
-        let scene = Scene { antialias: false, ..scene(&camera, &format!("knots = [{knots}]"), core) };
-        let hurried = Scene { time_budget_ms: Some(1e-3), largest_step: 1, ..scene.clone() };
-        let truth = Scene { precision: Precision::F64, tolerance: 1e-7, ..scene.clone() };
-        let [_, _, level] = draw(&model, [&scene, &scene, &hurried]);
-        let [truth, ..] = draw(&model, [&truth; 3]);
-        assert!(level.report.quality.level > 0);
-        assert_eq!(count_beyond(&level, &truth, 0.0), 0, "seed {seed}: {knots}");
-        known += level.error.iter().filter(|error| (1e-6..1.0).contains(*error)).count();
-    }
-    assert!(known > 5_000, "{known} errors below 1");
 }
