@@ -104,7 +104,7 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> CommandResult
     let open_s = start.elapsed().as_secs_f64();
     let drawing = Drawing { scene_fields: &scene_fields, grid: &grid, renderer };
     let job = Job { drawing, target: &target, open_s, is_verbose: args.output_options.verbose };
-    let mut pictures = Pictures::new(file, &series, job, &progress);
+    let mut pictures = Pictures::new(&series, job, &progress);
     let outcome = match queue {
         Some(_) => progress.suspend(|| {
             args.save_scene(suggested.as_ref(), out)?;

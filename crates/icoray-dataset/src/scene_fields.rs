@@ -2,7 +2,6 @@
 
 use crate::dataset::Dataset;
 use crate::field::FieldInfo;
-use crate::heights::LayerHeights;
 use crate::heights::native::NativeInfo;
 use crate::layering::{LayerSelection, Layering};
 use crate::source::Kind;
@@ -15,7 +14,7 @@ use std::ops::Range;
 /// Layers and notes of the scenes of a script.
 pub struct SceneFields<'a> {
     pub(crate) dataset: &'a Dataset,
-    layers_wanted: &'a LayerSelection,
+    pub(crate) layers_wanted: &'a LayerSelection,
     cells: usize,
     /// The layers and heights by [`Layering::key`].
     layer_infos: HashMap<[&'a str; 2], LayerInfo>,
@@ -187,14 +186,17 @@ impl LayerInfo {
         let name = &layering.height_field().name;
         let heights = layering.heights(dataset)?;
         let native = dataset.find_native_info(name)?;
-        let mean = mean_note(&heights, native.is_some());
+        let hint = native.as_ref().map_or("", |_| " (heights = \"native\" in the scene shows each column's own)");
+        let deviation_m = heights.deviation_m.filter(|deviation| *deviation > 0.0);
+        let mean = deviation_m.map(|deviation_m| {
+            format!("concentric mean heights are rendered; columns deviate by up to {deviation_m:.1} m{hint}")
+        });
         let mut notes = Vec::new();
+        let name = &heights.variable;
         if heights.is_of_pressure {
-            let name = &heights.variable;
             notes.push(format!("{name} gives pressures: rendered at the heights of the standard atmosphere"));
         }
         if heights.is_counted {
-            let name = &heights.variable;
             notes.push(format!("{name} only numbers the layers: shown evenly spaced (`heights` sets their heights)"));
         }
         if heights.layers.planet_radius_m() != dataset.sphere_radius_m() {
@@ -209,10 +211,4 @@ impl LayerInfo {
         }
         Ok(LayerInfo { layers: layering.layers(&heights)?, native, mean, notes })
     }
-}
-
-fn mean_note(heights: &LayerHeights, has_native: bool) -> Option<String> {
-    let deviation_m = heights.deviation_m.filter(|deviation| *deviation > 0.0)?;
-    let hint = if has_native { " (heights = \"native\" in the scene shows each column's own)" } else { "" };
-    Some(format!("concentric mean heights are rendered; columns deviate by up to {deviation_m:.1} m{hint}"))
 }

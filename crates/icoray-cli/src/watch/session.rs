@@ -141,7 +141,7 @@ impl Watch<'_> {
         let mut queue = Some(queue);
         let drawing = Drawing { scene_fields: &scene_fields, grid, renderer };
         let job = Job { drawing, target, open_s: *open_s, is_verbose: args.verbose };
-        let mut pictures = Pictures::new(file, &series, job, progress);
+        let mut pictures = Pictures::new(&series, job, progress);
         let mut ranks = Ranks::alone();
         for (number, moment) in moments.iter().enumerate() {
             let time = moment.sources[0].record;
