@@ -15,7 +15,6 @@ use std::ops::Range;
 pub struct SceneFields<'a> {
     pub(crate) dataset: &'a Dataset,
     pub(crate) layers_wanted: &'a LayerSelection,
-    cells: usize,
     /// The layers and heights by [`Layering::key`].
     layer_infos: HashMap<[&'a str; 2], LayerInfo>,
 }
@@ -50,13 +49,13 @@ impl SceneField<'_> {
 }
 
 impl<'a> SceneFields<'a> {
-    /// Reads the layers of all scenes of the script, for a grid of `cells`.
+    /// Reads the layers of all scenes of the script.
     ///
     /// # Errors
     /// As [`Layering::of`], [`Layering::range`], [`Dataset::layer_heights`] and, of scenes on native heights,
     /// [`Dataset::native_info`].
-    pub fn new(dataset: &'a Dataset, script: &Script, layers_wanted: &'a LayerSelection, cells: usize) -> Result<Self> {
-        let mut scene_fields = SceneFields { dataset, layers_wanted, cells, layer_infos: HashMap::new() };
+    pub fn new(dataset: &'a Dataset, script: &Script, layers_wanted: &'a LayerSelection) -> Result<Self> {
+        let mut scene_fields = SceneFields { dataset, layers_wanted, layer_infos: HashMap::new() };
         for scene in script.views().iter().flat_map(|view| view.scenes()) {
             let layering = scene_fields.layering(&scene)?;
             if let Entry::Vacant(place) = scene_fields.layer_infos.entry(layering.key()) {
@@ -137,7 +136,7 @@ impl<'a> SceneFields<'a> {
         let mut notes: Vec<String> =
             self.dataset.mesh().made_in_words().map(|made| format!("mesh: {made}")).into_iter().collect();
         for SceneField { info, range } in self.of(scene)? {
-            let (name, bytes) = (&info.name, self.cells * range.len() * info.precision.bytes());
+            let (name, bytes) = (&info.name, self.dataset.mesh().cells() * range.len() * info.precision.bytes());
             if info.location == Location::Corner {
                 notes.push(format!("{name} is at corners: averaged to cell centres (derived, {bytes} bytes)"));
             }

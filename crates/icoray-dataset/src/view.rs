@@ -135,12 +135,11 @@ impl<'v> Viewer<'v> {
         let Some((scene, time)) = next.as_ref().map(Request::scene) else { return Ok(()) };
         let scene = scene.clone();
         let script = Script::from(scene.clone());
-        let scene_fields = SceneFields::new(dataset, &script, layers_wanted, grid.cells())?;
+        let scene_fields = SceneFields::new(dataset, &script, layers_wanted)?;
         let drawing = Drawing { scene_fields: &scene_fields, grid, renderer };
-        let (dates, seconds) = (dataset.times(), dataset.seconds());
-        let series = Series { script: &script, dates, times: vec![time], is_scheduled: false, seconds };
-        let (_, read) = series.views_of(&scene_fields, renderer, time)?;
-        heights.get_ready(&scene_fields, grid, renderer, std::iter::once(scene.clone()), time)?;
+        let series = Series::of(dataset, &script, vec![time], false);
+        let (_, read) = series.views_of(drawing, time)?;
+        heights.get_ready(drawing, std::iter::once(scene.clone()), time)?;
         let fields = read.borrowed()?;
         let stamp = series.stamp(time);
         let data = Data { drawing, fields: &fields, heights, time, stamp, is_steered: false };

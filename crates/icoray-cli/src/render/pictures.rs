@@ -4,7 +4,7 @@ use super::{Job, OutputQueue, agree, print_blocks};
 use crate::failure::CommandResult;
 use icoray::{Frame, Ranks, Result, Shot, View};
 use icoray_dataset::view::Data;
-use icoray_dataset::{Drawing, FieldCache, NativeHeightCache, Series};
+use icoray_dataset::{FieldCache, NativeHeightCache, Series};
 use icoray_live::Question;
 use icoray_progress::Progress;
 use std::io::Write;
@@ -39,10 +39,10 @@ impl<'a> Pictures<'a> {
     /// Reads fields and heights of a time, and decides which views are drawn.
     pub fn read(&mut self, time: usize) -> Result<Due<'a>> {
         self.progress.stage(format!("reading time {time}"));
-        let Drawing { scene_fields, grid, renderer } = self.job.drawing;
-        let (views, read) = self.series.views_of(scene_fields, renderer, time)?;
+        let drawing = self.job.drawing;
+        let (views, read) = self.series.views_of(drawing, time)?;
         let scenes = views.iter().flat_map(|view| view.scenes());
-        let seconds = read.seconds + self.heights.get_ready(scene_fields, grid, renderer, scenes, time)?;
+        let seconds = read.seconds + self.heights.get_ready(drawing, scenes, time)?;
         self.progress.fewer_pictures(self.series.skipped_pictures(time, &views));
         Ok(Due { time, views, read, seconds })
     }

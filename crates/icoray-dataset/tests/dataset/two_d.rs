@@ -178,7 +178,7 @@ fn layers_are_surfaces_without_heights() {
         let all = LayerSelection::default();
         let layers_of = |scene: &str| {
             let script = Script::parse(&format!("field = '{field}'\n{scene}")).unwrap();
-            let scene_fields = SceneFields::new(&file, &script, &all, file.mesh().cells())?;
+            let scene_fields = SceneFields::new(&file, &script, &all)?;
             let scene = script.views()[0].scenes().next().unwrap();
             Ok::<_, Error>((scene_fields.layers(&scene)?.clone(), scene_fields.notes(&scene)?.concat()))
         };
