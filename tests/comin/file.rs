@@ -23,17 +23,16 @@ fn rendered(path: &Path, mut script: Script) -> Pictures {
     script.show_as_surfaces(|name| dataset.field_info(name).is_ok_and(FieldInfo::is_2d));
     let script = &script;
     let (grid, all) = (dataset.mesh().grid().unwrap(), LayerSelection::default());
-    let scene_fields = &SceneFields::new(&dataset, script, &all, grid.cells()).unwrap();
-    let (dates, times, seconds) = (dataset.times(), (0..dataset.times().len()).collect(), dataset.seconds());
-    let series = Series { script, dates, times, is_scheduled: true, seconds };
+    let scene_fields = &SceneFields::new(&dataset, script, &all).unwrap();
+    let series = Series::of(&dataset, script, (0..dataset.times().len()).collect(), true);
     let drawing = Drawing { scene_fields, grid: &grid, renderer: &renderer };
     let mut heights = NativeHeightCache::default();
     let mut pictures = Pictures::new();
     for time in series.times.iter().copied() {
         let stamp = series.stamp(time);
-        let (views, read) = series.views_of(scene_fields, &renderer, time).unwrap();
+        let (views, read) = series.views_of(drawing, time).unwrap();
         let scenes = || views.iter().flat_map(|view| view.shots(&stamp)).map(|shot| shot.scene);
-        heights.get_ready(scene_fields, &grid, &renderer, scenes(), time).unwrap();
+        heights.get_ready(drawing, scenes(), time).unwrap();
         let fields = read.borrowed().unwrap();
         for scene in scenes() {
             let frame = drawing.frame(&scene, &fields, &heights, &mut Ranks::alone()).unwrap().unwrap();

@@ -100,11 +100,11 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> CommandResult
     let mut queue = ranks.collective(queue)?;
     progress.stage("reading layers");
     let layers = &args.selection.layer_option.layers;
-    let scene_fields = ranks.collective(renderer.run(|| SceneFields::new(file, &script, layers, grid.cells())))?;
+    let scene_fields = ranks.collective(renderer.run(|| SceneFields::new(file, &script, layers)))?;
     let open_s = start.elapsed().as_secs_f64();
     let drawing = Drawing { scene_fields: &scene_fields, grid: &grid, renderer };
     let job = Job { drawing, target: &target, open_s, is_verbose: args.output_options.verbose };
-    let mut pictures = Pictures::new(file, &series, job, &progress);
+    let mut pictures = Pictures::new(&series, job, &progress);
     let outcome = match queue {
         Some(_) => progress.suspend(|| {
             args.save_scene(suggested.as_ref(), out)?;
@@ -166,8 +166,7 @@ impl OutputOptions {
         for name in script.model_fields() {
             file.field_info(&name)?;
         }
-        let (times, is_scheduled, seconds) = (times.clone(), *is_series, file.seconds());
-        let series = Series { script, dates: file.times(), times, is_scheduled, seconds };
+        let series = Series::of(file, script, times.clone(), *is_series);
         let target = Target::new(self.output.as_deref(), series.pictures())?;
         Ok((series, target))
     }

@@ -75,14 +75,8 @@ impl NativeHeightCache {
     ///
     /// # Errors
     /// As [`SceneFields::native`] and [`Dataset::native_heights`](crate::Dataset::native_heights).
-    pub fn get_ready(
-        &mut self,
-        scene_fields: &SceneFields,
-        grid: &Grid,
-        renderer: &Renderer,
-        scenes: impl Iterator<Item = Scene>,
-        time: usize,
-    ) -> Result<f64> {
+    pub fn get_ready(&mut self, drawing: Drawing, scenes: impl Iterator<Item = Scene>, time: usize) -> Result<f64> {
+        let Drawing { scene_fields, grid, renderer } = drawing;
         let start = Instant::now();
         self.read.retain(|_, (of, _)| of.is_none_or(|of| of == time));
         for scene in scenes {

@@ -19,9 +19,11 @@ pub use tables::{Mesh, MeshLayout};
 
 use crate::source::{Source, Variable};
 use crate::sources::{IN_ANOTHER_FILE, Sources};
-use angles::{distance, positions};
+use angles::positions;
 use columns::NAMES;
+use glam::DVec3;
 use icoray::{ErrorKind, Result};
+use tables::Positions;
 
 /// Reads a mesh that was found.
 type Reader<'a> = Box<dyn FnOnce() -> Result<Mesh> + 'a>;
@@ -140,7 +142,8 @@ fn expect_places(source: &dyn Source, mesh: &Mesh) -> Result<()> {
         };
         // Unreadable coordinates are no reason to refuse fields.
         let Ok(there) = positions(source, [lon, lat], &columns.name) else { continue };
-        let apart = |i: usize| distance(there.direction(i as i32), expected.direction(i as i32));
+        let place = |of: &Positions, i: usize| DVec3::from(of.direction(i as i32));
+        let apart = |i: usize| place(&there, i).distance(place(expected, i));
         let near = (4.0 * std::f64::consts::PI / columns.len as f64).sqrt().max(0.01);
         let step = columns.len.div_ceil(COMPARED).max(1);
         if let Some(i) = (0..columns.len).step_by(step).find(|i| apart(*i) > near) {

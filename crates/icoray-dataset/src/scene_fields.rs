@@ -2,7 +2,6 @@
 
 use crate::dataset::Dataset;
 use crate::field::FieldInfo;
-use crate::heights::LayerHeights;
 use crate::heights::native::NativeInfo;
 use crate::layering::{LayerSelection, Layering};
 use crate::source::Kind;
@@ -15,8 +14,7 @@ use std::ops::Range;
 /// Layers and notes of the scenes of a script.
 pub struct SceneFields<'a> {
     pub(crate) dataset: &'a Dataset,
-    layers_wanted: &'a LayerSelection,
-    cells: usize,
+    pub(crate) layers_wanted: &'a LayerSelection,
     /// The layers and heights by [`Layering::key`].
     layer_infos: HashMap<[&'a str; 2], LayerInfo>,
 }
@@ -51,13 +49,13 @@ impl SceneField<'_> {
 }
 
 impl<'a> SceneFields<'a> {
-    /// Reads the layers of all scenes of the script, for a grid of `cells`.
+    /// Reads the layers of all scenes of the script.
     ///
     /// # Errors
     /// As [`Layering::of`], [`Layering::range`], [`Dataset::layer_heights`] and, of scenes on native heights,
     /// [`Dataset::native_info`].
-    pub fn new(dataset: &'a Dataset, script: &Script, layers_wanted: &'a LayerSelection, cells: usize) -> Result<Self> {
-        let mut scene_fields = SceneFields { dataset, layers_wanted, cells, layer_infos: HashMap::new() };
+    pub fn new(dataset: &'a Dataset, script: &Script, layers_wanted: &'a LayerSelection) -> Result<Self> {
+        let mut scene_fields = SceneFields { dataset, layers_wanted, layer_infos: HashMap::new() };
         for scene in script.views().iter().flat_map(|view| view.scenes()) {
             let layering = scene_fields.layering(&scene)?;
             if let Entry::Vacant(place) = scene_fields.layer_infos.entry(layering.key()) {
@@ -138,7 +136,7 @@ impl<'a> SceneFields<'a> {
         let mut notes: Vec<String> =
             self.dataset.mesh().made_in_words().map(|made| format!("mesh: {made}")).into_iter().collect();
         for SceneField { info, range } in self.of(scene)? {
-            let (name, bytes) = (&info.name, self.cells * range.len() * info.precision.bytes());
+            let (name, bytes) = (&info.name, self.dataset.mesh().cells() * range.len() * info.precision.bytes());
             if info.location == Location::Corner {
                 notes.push(format!("{name} is at corners: averaged to cell centres (derived, {bytes} bytes)"));
             }
@@ -187,14 +185,17 @@ impl LayerInfo {
         let name = &layering.height_field().name;
         let heights = layering.heights(dataset)?;
         let native = dataset.find_native_info(name)?;
-        let mean = mean_note(&heights, native.is_some());
+        let hint = native.as_ref().map_or("", |_| " (heights = \"native\" in the scene shows each column's own)");
+        let deviation_m = heights.deviation_m.filter(|deviation| *deviation > 0.0);
+        let mean = deviation_m.map(|deviation_m| {
+            format!("concentric mean heights are rendered; columns deviate by up to {deviation_m:.1} m{hint}")
+        });
         let mut notes = Vec::new();
+        let name = &heights.variable;
         if heights.is_of_pressure {
-            let name = &heights.variable;
             notes.push(format!("{name} gives pressures: rendered at the heights of the standard atmosphere"));
         }
         if heights.is_counted {
-            let name = &heights.variable;
             notes.push(format!("{name} only numbers the layers: shown evenly spaced (`heights` sets their heights)"));
         }
         if heights.layers.planet_radius_m() != dataset.sphere_radius_m() {
@@ -209,10 +210,4 @@ impl LayerInfo {
         }
         Ok(LayerInfo { layers: layering.layers(&heights)?, native, mean, notes })
     }
-}
-
-fn mean_note(heights: &LayerHeights, has_native: bool) -> Option<String> {
-    let deviation_m = heights.deviation_m.filter(|deviation| *deviation > 0.0)?;
-    let hint = if has_native { " (heights = \"native\" in the scene shows each column's own)" } else { "" };
-    Some(format!("concentric mean heights are rendered; columns deviate by up to {deviation_m:.1} m{hint}"))
 }

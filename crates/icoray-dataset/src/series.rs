@@ -1,10 +1,11 @@
 //! The views that are rendered at each time, and their fields.
 
 use crate::dataset::Dataset;
+use crate::drawing::Drawing;
 use crate::field::OwnedField;
-use crate::scene_fields::{Key, SceneField, SceneFields};
+use crate::scene_fields::{Key, SceneField};
 use icoray::output::Stamp;
-use icoray::{Field, Reals, Renderer, Result, Script, Statistic, View};
+use icoray::{Field, Reals, Result, Script, Statistic, View};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -30,7 +31,12 @@ pub struct FieldCache {
     pub seconds: f64,
 }
 
-impl Series<'_> {
+impl<'a> Series<'a> {
+    /// Times of a dataset, with its dates.
+    pub fn of(dataset: &'a Dataset, script: &'a Script, times: Vec<usize>, is_scheduled: bool) -> Self {
+        Series { script, dates: dataset.times(), times, is_scheduled, seconds: dataset.seconds() }
+    }
+
     /// The stamp of record `time`; its seconds count from the dataset's first record.
     pub fn stamp(&self, time: usize) -> Stamp {
         let time_s = self.seconds.as_ref().and_then(|seconds| seconds.get(time).copied()).unwrap_or(0.0);
@@ -67,12 +73,8 @@ impl Series<'_> {
     ///
     /// # Errors
     /// As [`SceneFields::of`] and [`Dataset::read_layers`].
-    pub fn views_of(
-        &self,
-        scene_fields: &SceneFields,
-        renderer: &Renderer,
-        time: usize,
-    ) -> Result<(Vec<&View>, FieldCache)> {
+    pub fn views_of(&self, drawing: Drawing, time: usize) -> Result<(Vec<&View>, FieldCache)> {
+        let Drawing { scene_fields, renderer, .. } = drawing;
         let dataset = scene_fields.dataset;
         let mut read = FieldCache { fields: BTreeMap::new(), seconds: 0.0 };
         let mut views = Vec::new();

@@ -56,19 +56,13 @@ pub fn reader(dataset: &Dataset) -> Box<SceneReader> {
                 let why = "the scene file has a sweep, expected views that draw one picture each";
                 return Err(Error::new(ErrorKind::Scene, why));
             };
-            expect_fields(&scene, info)?;
+            if let Some(name) = scene.model_fields().into_iter().find(|name| info(name).is_none()) {
+                return Err(Error::new(ErrorKind::Field, format!("{name}: there is no such field")));
+            }
             Ok(NamedScene { name: view.name().to_owned(), scene })
         };
         script.views().iter().map(scene_of).collect()
     })
-}
-
-/// Fails if the dataset lacks a field of the scene.
-fn expect_fields<'f>(scene: &Scene, info: impl Fn(&str) -> Option<&'f FieldInfo>) -> Result<()> {
-    match scene.model_fields().into_iter().find(|name| info(name).is_none()) {
-        Some(name) => Err(Error::new(ErrorKind::Field, format!("{name}: there is no such field"))),
-        None => Ok(()),
-    }
 }
 
 /// A suggested scene from its first key on: the comment above describes this scene and time, which viewers change.
@@ -91,12 +85,20 @@ pub struct Viewer<'v> {
     at_rest: Option<(Scene, usize, Frame)>,
 }
 
-/// The data that requests share while they need the same.
-struct Data<'d> {
-    drawing: Drawing<'d>,
-    fields: &'d BTreeMap<Key, Field<'d>>,
-    heights: &'d NativeHeightCache,
-    stamp: Stamp,
+/// The data of one time, from which its pictures are drawn and questions about it are answered.
+pub struct Data<'d> {
+    /// What draws the scenes.
+    pub drawing: Drawing<'d>,
+    /// The fields that the scenes need.
+    pub fields: &'d BTreeMap<Key, Field<'d>>,
+    /// The heights that the scenes need.
+    pub heights: &'d NativeHeightCache,
+    /// The time.
+    pub time: usize,
+    /// The stamp of the time.
+    pub stamp: Stamp,
+    /// Whether viewers steer a program.
+    pub is_steered: bool,
 }
 
 impl<'v> Viewer<'v> {
@@ -133,14 +135,14 @@ impl<'v> Viewer<'v> {
         let Some((scene, time)) = next.as_ref().map(Request::scene) else { return Ok(()) };
         let scene = scene.clone();
         let script = Script::from(scene.clone());
-        let scene_fields = SceneFields::new(dataset, &script, layers_wanted, grid.cells())?;
+        let scene_fields = SceneFields::new(dataset, &script, layers_wanted)?;
         let drawing = Drawing { scene_fields: &scene_fields, grid, renderer };
-        let (dates, seconds) = (dataset.times(), dataset.seconds());
-        let series = Series { script: &script, dates, times: vec![time], is_scheduled: false, seconds };
-        let (_, read) = series.views_of(&scene_fields, renderer, time)?;
-        heights.get_ready(&scene_fields, grid, renderer, std::iter::once(scene.clone()), time)?;
+        let series = Series::of(dataset, &script, vec![time], false);
+        let (_, read) = series.views_of(drawing, time)?;
+        heights.get_ready(drawing, std::iter::once(scene.clone()), time)?;
         let fields = read.borrowed()?;
-        let data = Data { drawing, fields: &fields, heights, stamp: series.stamp(time) };
+        let stamp = series.stamp(time);
+        let data = Data { drawing, fields: &fields, heights, time, stamp, is_steered: false };
         let needs = Needs::of(&scene, &scene_fields).ok();
         while let Some(request) = next.take_if(|request| {
             let (scene, its_time) = request.scene();
@@ -160,28 +162,9 @@ impl<'v> Viewer<'v> {
                     self.at_rest = Some((wanted.scene, wanted.time, frame));
                 }
             }
-            Request::Answer { question, scene, time } => self.reply(question, &scene, time, data),
-        }
-    }
-
-    fn reply(&self, question: Question, scene: &Scene, time: usize, data: &Data) {
-        let at_rest = self.at_rest.as_ref().filter(|(its, at, _)| its == scene && *at == time);
-        let known = at_rest.map(|(_, _, frame)| frame);
-        match question {
-            Question::Histogram { field, reply } => {
-                let at = (self.dataset, time);
-                reply.send(histogram(&field, at, self.layers_wanted, data.fields, self.renderer));
-            }
-            Question::Probe { at, reply } => {
-                let from = (data.fields, data.heights);
-                reply.send(probe((scene, at), self.dataset, &data.drawing, from, known));
-            }
-            Question::Look { look, reply } => {
-                let Viewer { dataset, grid, renderer, layers_wanted, .. } = self;
-                reply.send(dataset.completed_scene(grid, renderer, &look.completion(false), time, layers_wanted));
-            }
-            Question::Picture { reply, .. } => {
-                reply.send(known.map_or_else(|| data.frame(scene), |frame| Ok(frame.clone())));
+            Request::Answer { question, scene, time } => {
+                let at_rest = self.at_rest.as_ref().filter(|(its, at, _)| *its == *scene && *at == time);
+                data.answer(question, &scene, at_rest.map(|(_, _, frame)| frame));
             }
         }
     }
@@ -194,6 +177,47 @@ impl Data<'_> {
             frame.ok_or_else(|| Error::new(ErrorKind::Internal, "a picture without other ranks is at another rank"))?;
         frame.stamp = self.stamp.clone();
         Ok(frame)
+    }
+
+    /// Answers a question about a scene; `shown` is its picture, if it is known.
+    pub fn answer(&self, question: Question, scene: &Scene, shown: Option<&Frame>) {
+        let Drawing { scene_fields, grid, renderer } = self.drawing;
+        match question {
+            Question::Histogram { field, reply } => reply.send(self.histogram(&field)),
+            Question::Probe { at, reply } => reply.send(self.probe(scene, at, shown)),
+            Question::Look { look, reply } => {
+                let SceneFields { dataset, layers_wanted, .. } = scene_fields;
+                let look = look.completion(self.is_steered);
+                reply.send(dataset.completed_scene(grid, renderer, &look, self.time, layers_wanted));
+            }
+            Question::Picture { reply, .. } => {
+                reply.send(shown.map_or_else(|| self.frame(scene), |frame| Ok(frame.clone())));
+            }
+        }
+    }
+
+    /// The histogram of a field, which is read unless the scenes need it.
+    fn histogram(&self, name: &str) -> Result<Histogram> {
+        let Drawing { scene_fields, renderer, .. } = self.drawing;
+        let SceneFields { dataset, layers_wanted, .. } = scene_fields;
+        let info = dataset.field_info(name)?;
+        let counted = |field: &Field| renderer.histogram(&mut Ranks::alone(), field, None, Histogram::FINE_BINS);
+        let found = match self.fields.iter().find(|((known, _), _)| known == name) {
+            Some((_, field)) => counted(field)?,
+            None => counted(&dataset.read_layers(name, self.time, layers_wanted.of(info)?)?.field()?)?,
+        };
+        Ok(Histogram::new(name, units(info), found))
+    }
+
+    /// The probe of a ray of a scene's picture at a place; `shown` is that picture.
+    fn probe(&self, scene: &Scene, at: [f64; 2], shown: Option<&Frame>) -> Result<Option<Probe>> {
+        let Drawing { scene_fields, grid, renderer } = self.drawing;
+        let given = self.drawing.fields(scene, self.fields, self.heights)?;
+        let found = renderer.probe(scene, grid, scene_fields.layers(scene)?, given, at)?;
+        Ok(found.map(|found| {
+            let units = scene_fields.dataset.field_info(&found.field).ok().and_then(units);
+            Probe::new(found, units, at, shown)
+        }))
     }
 }
 
@@ -220,44 +244,4 @@ fn refuse(live: &LiveView, request: Request, error: Error) {
         Request::Draw(wanted) => drop(live.publish(&wanted, |_| Err(error))),
         Request::Answer { question, .. } => question.refuse(error),
     }
-}
-
-/// The histogram of a field at a time; the field is read unless `read` contains it.
-///
-/// # Errors
-/// As [`Dataset::read_layers`] and [`Renderer::histogram`].
-pub fn histogram(
-    name: &str,
-    (dataset, time): (&Dataset, usize),
-    layers_wanted: &LayerSelection,
-    read: &BTreeMap<Key, Field>,
-    renderer: &Renderer,
-) -> Result<Histogram> {
-    let info = dataset.field_info(name)?;
-    let counted = |field: &Field| renderer.histogram(&mut Ranks::alone(), field, None, Histogram::FINE_BINS);
-    let found = match read.iter().find(|((known, _), _)| known == name) {
-        Some((_, field)) => counted(field)?,
-        None => counted(&dataset.read_layers(name, time, layers_wanted.of(info)?)?.field()?)?,
-    };
-    Ok(Histogram::new(name, units(info), found))
-}
-
-/// The probe of a ray of a scene's picture at a place; `shown` is that picture.
-///
-/// # Errors
-/// As [`Drawing::fields`] and [`Renderer::probe`].
-pub fn probe(
-    (scene, at): (&Scene, [f64; 2]),
-    dataset: &Dataset,
-    drawing: &Drawing,
-    (fields, heights): (&BTreeMap<Key, Field>, &NativeHeightCache),
-    shown: Option<&Frame>,
-) -> Result<Option<Probe>> {
-    let layers = drawing.scene_fields.layers(scene)?;
-    let given = drawing.fields(scene, fields, heights)?;
-    let found = drawing.renderer.probe(scene, drawing.grid, layers, given, at)?;
-    Ok(found.map(|found| {
-        let units = dataset.field_info(&found.field).ok().and_then(units);
-        Probe::new(found, units, at, shown)
-    }))
 }

@@ -210,12 +210,11 @@ type Found<T> = std::result::Result<T, String>;
 
 impl Documents {
     fn read(location: &Location) -> Found<Self> {
-        let words = |e: &dyn fmt::Display| e.to_string();
         match location {
             Location::Folder(folder) => {
-                let store = FilesystemStore::new(folder).map_err(|e| words(&e))?;
+                let store = FilesystemStore::new(folder).map_err(|e| e.to_string())?;
                 let mut arrays = Vec::new();
-                find_arrays(folder, "", &mut arrays).map_err(|e| words(&e))?;
+                find_arrays(folder, "", &mut arrays).map_err(|e| e.to_string())?;
                 arrays.sort();
                 Ok(Documents { store: Arc::new(store), arrays, consolidated: None })
             }

@@ -91,15 +91,11 @@ mod tests {
                 assert_eq!(channel.name.to_string(), name);
                 assert_eq!(bits(samples), bits(&values), "{name}");
             }
-            check_comments(layer.attributes);
-        }
-    }
-
-    fn check_comments(attributes: LayerAttributes) {
-        let comments = attributes.comments.unwrap();
-        let comments = std::str::from_utf8(comments.as_slice()).unwrap();
-        for line in ["step: 7", "field: Größe", "tolerance: 0.002", "camera: far away"] {
-            assert!(comments.lines().any(|l| l == line), "{line} is not in {comments}");
+            let comments = layer.attributes.comments.unwrap();
+            let comments = std::str::from_utf8(comments.as_slice()).unwrap();
+            for line in ["step: 7", "field: Größe", "tolerance: 0.002", "camera: far away"] {
+                assert!(comments.lines().any(|l| l == line), "{line} is not in {comments}");
+            }
         }
     }
 

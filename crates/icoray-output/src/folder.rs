@@ -3,17 +3,27 @@
 use super::atomic;
 use icoray_grid::{Error, ErrorKind, Result};
 use std::fmt::Display;
+use std::fs::{self, File};
+use std::io;
 use std::path::Path;
-use std::{fs, io};
 
 /// An error of kind [`ErrorKind::Io`] that names the path.
 pub(crate) fn io_error(path: &Path, what: &str, error: impl Display) -> Error {
     Error::new(ErrorKind::Io, format!("{}: {what}: {error}", path.display()))
 }
 
+/// A file to be read; `None` if there is none. Opening a pipe would wait for a writer.
+pub(super) fn existing_file(path: &Path) -> io::Result<Option<File>> {
+    match fs::metadata(path) {
+        Ok(found) if !found.is_file() => Err(io::Error::other("it is not a file")),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(None),
+        found => found.and_then(|_| File::open(path)).map(Some),
+    }
+}
+
 /// The folder of a file, made if missing.
 pub(crate) fn made_folder(path: &Path) -> Result<&Path> {
-    let folder = path.parent().unwrap_or(Path::new("."));
+    let folder = atomic::folder(path);
     fs::create_dir_all(folder).map_err(|e| io_error(folder, "cannot make the directory", e))?;
     Ok(folder)
 }

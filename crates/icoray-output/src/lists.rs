@@ -3,14 +3,13 @@
 //! An entry is added after its picture has been written. The file is replaced as a whole, so that it is complete
 //! whenever a run is stopped; existing entries are not added again.
 
-use super::atomic;
-use crate::atomic::Existing;
-use crate::folder::io_error;
+use crate::atomic::write_text;
+use crate::folder::{existing_file, io_error, made_folder};
 use crate::report::csv_cell;
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_scene::name::{Cinema, Concat, Series, Stamp};
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::fs::File;
+use std::io;
 use std::path::{Path, PathBuf, absolute};
 
 /// An index file of a series: its path and its first line.
@@ -53,17 +52,13 @@ fn list_of(concat: &Concat, directory: &Path) -> IndexFile {
 
 fn add_to_list(concat: &Concat, directory: &Path, picture: &Path) -> Result<()> {
     let list = list_of(concat, directory);
-    let file = format!("file {}", quoted(&relative(&list.path, picture)?));
+    // ffmpeg reads everything between apostrophes literally except apostrophes.
+    let file = format!("file '{}'", relative(&list.path, picture)?.replace('\'', "'\\''"));
     list.grow(|lines| {
         if !lines.contains(&file) {
             lines.extend([file, format!("duration {}", 1.0 / concat.fps)]);
         }
     })
-}
-
-/// Quotes a text for ffmpeg, which reads everything between apostrophes literally except apostrophes.
-fn quoted(text: &str) -> String {
-    format!("'{}'", text.replace('\'', "'\\''"))
 }
 
 /// The Cinema specification puts columns of files last; their names begin with FILE.
@@ -114,13 +109,8 @@ impl IndexFile {
 
     /// The lines below the first one; `None` if the file does not exist.
     fn read(&self) -> Result<Option<Vec<String>>> {
-        match fs::metadata(&self.path) {
-            // Opening a pipe would block until another process writes to it.
-            Ok(found) if !found.is_file() => return Err(self.failed(io::Error::other("it is not a file"))),
-            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
-            found => found.map_err(|e| self.failed(e))?,
-        };
-        let text = fs::read_to_string(&self.path).map_err(|e| self.failed(e))?;
+        let Some(file) = existing_file(&self.path).map_err(|e| self.failed(e))? else { return Ok(None) };
+        let text = io::read_to_string(file).map_err(|e| self.failed(e))?;
         let mut lines = text.lines().map(str::to_owned);
         match lines.next() {
             None => Ok(None),
@@ -138,7 +128,7 @@ impl IndexFile {
     fn grow(&self, change: impl FnOnce(&mut Vec<String>)) -> Result<()> {
         // The lock lets several processes add to one text, and is released when the folder is closed. Without it the
         // text of each process is still complete.
-        let folder = File::open(crate::folder::made_folder(&self.path)?).ok();
+        let folder = File::open(made_folder(&self.path)?).ok();
         let _is_locked = folder.as_ref().is_some_and(|folder| folder.lock().is_ok());
         let known = self.read()?;
         let mut lines = known.clone().unwrap_or_default();
@@ -146,11 +136,9 @@ impl IndexFile {
         if known.as_ref() == Some(&lines) {
             return Ok(());
         }
-        atomic::write(&self.path, Existing::Overwrite, self.what, |out| {
-            let all = std::iter::once(&self.head).chain(&lines);
-            let text: String = all.map(|line| format!("{line}\n")).collect();
-            out.write_all(text.as_bytes()).map_err(|e| self.failed(e))
-        })
+        let all = std::iter::once(&self.head).chain(&lines);
+        let text: String = all.map(|line| format!("{line}\n")).collect();
+        write_text(&self.path, self.what, &text)
     }
 }
 

@@ -1,11 +1,11 @@
 //! `report.csv`: a line per frame, beside the pictures.
 
-use crate::folder::io_error;
+use crate::folder::{existing_file, io_error};
 use crate::frame::Frame;
 use crate::frame::figures::{FIGURES, Scope};
 use icoray_grid::{Error, ErrorKind, Result, printable};
 use std::fs::{File, OpenOptions};
-use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
@@ -36,17 +36,8 @@ pub(super) fn beside(picture: &Path) -> PathBuf {
 
 /// Checks that a report has our columns: lines of two kinds in one file could not be distinguished.
 pub(super) fn check(path: &Path) -> Result<()> {
-    let found = match std::fs::metadata(path) {
-        // Opening a pipe would wait for a writer.
-        Ok(found) if !found.is_file() => Err(io::Error::other("it is not a file")),
-        Ok(_) => File::open(path),
-        Err(e) => Err(e),
-    };
-    match found {
-        Ok(file) => check_columns(path, &file),
-        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
-        Err(e) => Err(io_error(path, FAILED, e)),
-    }
+    let found = existing_file(path).map_err(|e| io_error(path, FAILED, e))?;
+    found.map_or(Ok(()), |file| check_columns(path, &file))
 }
 
 /// Reads no more than the length of our header. A part of it is the rest of ours after a full disk.

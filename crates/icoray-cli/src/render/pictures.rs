@@ -3,14 +3,14 @@
 use super::{Job, OutputQueue, agree, print_blocks};
 use crate::failure::CommandResult;
 use icoray::{Frame, Ranks, Result, Shot, View};
-use icoray_dataset::{Dataset, Drawing, FieldCache, LayerSelection, NativeHeightCache, Series, view};
+use icoray_dataset::view::Data;
+use icoray_dataset::{FieldCache, NativeHeightCache, Series};
 use icoray_live::Question;
 use icoray_progress::Progress;
 use std::io::Write;
 
 /// The pictures of a run.
 pub struct Pictures<'a> {
-    file: &'a Dataset,
     series: &'a Series<'a>,
     job: Job<'a>,
     progress: &'a Progress,
@@ -30,19 +30,19 @@ pub struct Due<'a> {
 }
 
 impl<'a> Pictures<'a> {
-    pub fn new(file: &'a Dataset, series: &'a Series<'a>, job: Job<'a>, progress: &'a Progress) -> Self {
+    pub fn new(series: &'a Series<'a>, job: Job<'a>, progress: &'a Progress) -> Self {
         let count = series.pictures();
         progress.pictures(count);
-        Pictures { file, series, job, progress, heights: NativeHeightCache::default(), drawn: 0, count }
+        Pictures { series, job, progress, heights: NativeHeightCache::default(), drawn: 0, count }
     }
 
     /// Reads fields and heights of a time, and decides which views are drawn.
     pub fn read(&mut self, time: usize) -> Result<Due<'a>> {
         self.progress.stage(format!("reading time {time}"));
-        let Drawing { scene_fields, grid, renderer } = self.job.drawing;
-        let (views, read) = self.series.views_of(scene_fields, renderer, time)?;
+        let drawing = self.job.drawing;
+        let (views, read) = self.series.views_of(drawing, time)?;
         let scenes = views.iter().flat_map(|view| view.scenes());
-        let seconds = read.seconds + self.heights.get_ready(scene_fields, grid, renderer, scenes, time)?;
+        let seconds = read.seconds + self.heights.get_ready(drawing, scenes, time)?;
         self.progress.fewer_pictures(self.series.skipped_pictures(time, &views));
         Ok(Due { time, views, read, seconds })
     }
@@ -62,27 +62,14 @@ impl<'a> Pictures<'a> {
     }
 
     /// Answers a question about a time that was read, from a picture.
-    pub fn answer(&self, question: Question, due: &Due, shot: &Shot, shown: &Frame, layers_wanted: &LayerSelection) {
+    pub fn answer(&self, question: Question, due: &Due, shot: &Shot, shown: &Frame) {
         let fields = match due.read.borrowed() {
             Ok(fields) => fields,
             Err(error) => return question.refuse(error),
         };
-        let drawing = &self.job.drawing;
-        match question {
-            Question::Histogram { field, reply } => {
-                let at = (self.file, due.time);
-                reply.send(view::histogram(&field, at, layers_wanted, &fields, drawing.renderer));
-            }
-            Question::Probe { at, reply } => {
-                let from = (&fields, &self.heights);
-                reply.send(view::probe((&shot.scene, at), self.file, drawing, from, Some(shown)));
-            }
-            Question::Look { look, reply } => {
-                let (grid, renderer, look) = (drawing.grid, drawing.renderer, look.completion(true));
-                reply.send(self.file.completed_scene(grid, renderer, &look, due.time, layers_wanted));
-            }
-            Question::Picture { reply, .. } => reply.send(Ok(shown.clone())),
-        }
+        let (drawing, heights, time, stamp) = (self.job.drawing, &self.heights, due.time, self.series.stamp(due.time));
+        let data = Data { drawing, fields: &fields, heights, time, stamp, is_steered: true };
+        data.answer(question, &shot.scene, Some(shown));
     }
 
     /// Draws the pictures for which `wants` is true with the other ranks; writes them and prints their summaries at

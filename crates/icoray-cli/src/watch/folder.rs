@@ -7,7 +7,7 @@ use crate::isolated;
 use glob::Pattern;
 use icoray::{Error, ErrorKind, Result};
 use icoray_netcdf::Outline;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, Metadata};
 use std::os::unix::fs::{DirEntryExt, MetadataExt};
 use std::path::{Path, PathBuf};
@@ -35,14 +35,11 @@ struct Identity {
 }
 
 impl State {
-    fn of(metadata: &Metadata) -> Self {
-        let identity = Identity { device: metadata.dev(), inode: metadata.ino(), created: metadata.created().ok() };
-        State { identity, length: metadata.len(), modified: metadata.modified().ok() }
-    }
-
     /// The state of the file at `path` now; `None` where there is none.
     pub fn now(path: &Path) -> Option<Self> {
-        fs::metadata(path).ok().filter(Metadata::is_file).map(|metadata| State::of(&metadata))
+        let metadata = fs::metadata(path).ok().filter(Metadata::is_file)?;
+        let identity = Identity { device: metadata.dev(), inode: metadata.ino(), created: metadata.created().ok() };
+        Some(State { identity, length: metadata.len(), modified: metadata.modified().ok() })
     }
 
     /// Whether this is the file of `before`, which is longer now; where `may_be_rewritten`, also of the same length.
@@ -199,7 +196,7 @@ impl Folder {
         let entries = fs::read_dir(&self.path).map_err(failed)?;
         let has_many = self.files.len() > ALWAYS_ASKED;
         let mut has_changed = false;
-        let mut there = Vec::new();
+        let mut there = BTreeSet::new();
         for entry in entries {
             let entry = entry.map_err(failed)?;
             let name = entry.file_name();
@@ -209,7 +206,7 @@ impl Folder {
             let (path, inode) = (self.path.join(name), entry.ino());
             let known = self.files.get(&path).filter(|file| file.is_there && file.entry_inode == inode);
             if known.is_some_and(|file| file.next_look > now) {
-                there.push(path);
+                there.insert(path);
                 continue;
             }
             // A file may go between the two questions.
@@ -220,14 +217,9 @@ impl Folder {
             file.entry_inode = inode;
             let between = if has_many { (now.duration_since(file.since) / 8).min(MAX_BETWEEN) } else { Duration::ZERO };
             file.next_look = now + between;
-            there.push(path);
+            there.insert(path);
         }
-        self.files.values_mut().for_each(|file| file.is_there = false);
-        for path in there {
-            if let Some(file) = self.files.get_mut(&path) {
-                file.is_there = true;
-            }
-        }
+        self.files.iter_mut().for_each(|(path, file)| file.is_there = there.contains(path));
         Ok(has_changed)
     }
 

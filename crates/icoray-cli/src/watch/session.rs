@@ -119,10 +119,9 @@ impl Watch<'_> {
         let mut script = self.script.clone();
         script.show_as_surfaces(|name| file.field_info(name).is_ok_and(FieldInfo::is_2d));
         let times = moments.iter().map(|moment| moment.sources[0].record).collect();
-        let series =
-            Series { script: &script, dates: file.times(), times, is_scheduled: true, seconds: file.seconds() };
+        let series = Series::of(file, &script, times, true);
         let read: Result<_> = renderer.run(|| {
-            let scene_fields = SceneFields::new(file, &script, &args.layer_option.layers, grid.cells())?;
+            let scene_fields = SceneFields::new(file, &script, &args.layer_option.layers)?;
             let notes = scene_fields.all_notes(&script)?;
             Ok((scene_fields, notes))
         });
@@ -141,7 +140,7 @@ impl Watch<'_> {
         let mut queue = Some(queue);
         let drawing = Drawing { scene_fields: &scene_fields, grid, renderer };
         let job = Job { drawing, target, open_s: *open_s, is_verbose: args.verbose };
-        let mut pictures = Pictures::new(file, &series, job, progress);
+        let mut pictures = Pictures::new(&series, job, progress);
         let mut ranks = Ranks::alone();
         for (number, moment) in moments.iter().enumerate() {
             let time = moment.sources[0].record;

@@ -94,19 +94,18 @@ impl Watch<'_> {
         let (file, time) = (&session.file, session.moments[0].sources[0].record);
         let mut script = script.clone();
         script.show_as_surfaces(|name| file.field_info(name).is_ok_and(FieldInfo::is_2d));
-        let (dates, seconds) = (file.times(), file.seconds());
-        let series = Series { script: &script, dates, times: vec![time], is_scheduled: true, seconds };
-        let layers_wanted = &self.args.layer_option.layers;
-        let scene_fields = self.renderer.run(|| SceneFields::new(file, &script, layers_wanted, grid.cells()))?;
+        let series = Series::of(file, &script, vec![time], true);
+        let layers = &self.args.layer_option.layers;
+        let scene_fields = self.renderer.run(|| SceneFields::new(file, &script, layers))?;
         let drawing = Drawing { scene_fields: &scene_fields, grid, renderer: self.renderer };
         let job = Job { drawing, target: self.target, open_s: 0.0, is_verbose: false };
-        let mut pictures = Pictures::new(file, &series, job, self.progress);
+        let mut pictures = Pictures::new(&series, job, self.progress);
         let due = pictures.read(time)?;
         let Some(shot) = pictures.shot(&due, view) else { return Ok(None) };
         let drawn = if shown.is_some() { None } else { pictures.frame(&due, &shot)? };
         if let Some(frame) = shown.as_deref().or(drawn.as_ref()) {
             for question in questions.drain(..) {
-                pictures.answer(question, &due, &shot, frame, layers_wanted);
+                pictures.answer(question, &due, &shot, frame);
             }
         }
         Ok(drawn)

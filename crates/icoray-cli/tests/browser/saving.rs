@@ -2,25 +2,19 @@
 
 use crate::browser::Browser;
 use crate::page::{Shown, hash};
+use crate::run::wait_until;
 use fantoccini::Locator;
-use icoray_test_support::PATIENCE;
 use image::codecs::png::PngDecoder;
 use image::{AnimationDecoder, DynamicImage, ImageReader};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::PathBuf;
-use std::thread;
-use std::time::{Duration, Instant};
 
 /// A file that the page saves, once it is whole.
 fn saved(browser: &Browser, name: &str) -> PathBuf {
     let path = browser.downloads.path().join(name);
-    let end = Instant::now() + PATIENCE;
     // The browser gives a file its name when it is whole.
-    while !path.is_file() {
-        assert!(Instant::now() < end, "{name} was not saved; log: {:?}", browser.log());
-        thread::sleep(Duration::from_millis(20));
-    }
+    wait_until(&format!("{name} is saved"), || path.is_file());
     path
 }
 

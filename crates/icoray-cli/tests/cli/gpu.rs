@@ -23,10 +23,6 @@ fn adapters() -> Option<Vec<String>> {
     is_listed.then(|| text.lines().map(str::to_owned).collect())
 }
 
-fn is_processor(adapter: &str) -> bool {
-    adapter.contains("(processor that acts as a GPU, ")
-}
-
 #[test]
 fn a_gpu_draws_where_the_scene_or_the_command_asks_for_one() {
     let Some(adapters) = adapters() else { return };
@@ -62,7 +58,7 @@ fn processors_draw_only_if_a_gpu_is_requested() {
     let Some(adapters) = adapters() else { return };
     let folder = folder(&Made::history(), &unlit(""));
     let text = folder.render("-o out.png");
-    if adapters.iter().all(|adapter| is_processor(adapter)) {
+    if adapters.iter().all(|adapter| adapter.contains("(processor that acts as a GPU, ")) {
         has(&text, &["drawn on  the CPU: ", "backend = \"gpu\" uses"]);
     } else {
         assert!(!text.contains("drawn on  the CPU"), "{text}");

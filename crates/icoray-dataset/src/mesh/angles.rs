@@ -74,22 +74,10 @@ fn in_radians(source: &dyn Source, names: [&str; 2], mut values: [OwnedReals; 2]
     Ok(Positions { lon, lat })
 }
 
-pub(super) fn direction(lon: f64, lat: f64) -> [f64; 3] {
-    [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()]
-}
-
-pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
-}
-
-pub(super) fn sum(points: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
-    points.fold([0.0; 3], |sum, point| [0, 1, 2].map(|k| sum[k] + point[k]))
-}
-
 /// Longitude and latitude of directions of any length.
-pub(super) fn of_directions(directions: impl Iterator<Item = [f64; 3]>) -> Positions {
+pub(super) fn of_directions(directions: impl Iterator<Item = impl Into<[f64; 3]>>) -> Positions {
     let (mut lon, mut lat) = (Vec::new(), Vec::new());
-    for [x, y, z] in directions {
+    for [x, y, z] in directions.map(Into::into) {
         lon.push(y.atan2(x));
         lat.push(z.atan2(x.hypot(y)));
     }

@@ -7,13 +7,14 @@
 //! centres of the circles through their points, as ICON's are.
 //! Formats: CF conventions 1.11, §7.1; SCRIP user's guide 1.4, §2.2.3.
 
-use super::angles::{distance, of_directions, positions, read_bounds, sum};
+use super::angles::{of_directions, positions, read_bounds};
 use super::columns::{number_of_fields, of_points};
 use super::points::DistinctPoints;
 use super::polygons::Polygons;
 use super::tables::{Mesh, MeshLayout, Positions};
 use crate::source::{Source, SourceVariable};
 use crate::sources::{IN_ANOTHER_FILE, Sources};
+use glam::DVec3;
 use icoray::{ErrorKind, Result, circumcenter};
 
 /// Points nearer to each other than this fraction of the shortest side count as one. Degrees in f32 are accurate to
@@ -84,7 +85,10 @@ impl<'a> PolygonVariables<'a> {
         let center = match middle {
             Some(names) => places(names)?,
             None if are_corners => of_directions(directions.as_chunks().0.iter().map(|three| circumcenter(*three))),
-            None => of_directions(directions.chunks_exact(row).map(|points| sum(points.iter().copied()))),
+            None => {
+                let sum = |points: &[[f64; 3]]| points.iter().copied().map(DVec3::from).sum::<DVec3>();
+                of_directions(directions.chunks_exact(row).map(sum))
+            }
         };
         let (mut found, mut first) = (DistinctPoints::new(SAME * shortest), Vec::new());
         let number = |(direction, i)| {
@@ -132,7 +136,7 @@ fn shortest<'p>(
 ) -> Result<f64> {
     let mut shortest = f64::INFINITY;
     for (polygon, points) in polygons.enumerate() {
-        let side = |k: usize| distance(points[k], points[(k + 1) % points.len()]);
+        let side = |k: usize| DVec3::from(points[k]).distance(points[(k + 1) % points.len()].into());
         let longest = (0..points.len()).map(side).fold(0.0, f64::max);
         let sides = (0..points.len()).map(side).filter(|side| *side > NO_SIDE * longest);
         let is_polygon = sides.clone().count() > 2 && points.as_flattened().iter().all(|x| x.is_finite());

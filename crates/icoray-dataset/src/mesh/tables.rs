@@ -1,6 +1,5 @@
 //! The tables of a mesh, owned.
 
-use super::angles::direction;
 use super::polygons::Polygons;
 use crate::source::{Kind, Source, SourceVariable};
 use crate::sources::IN_ANOTHER_FILE;
@@ -92,7 +91,7 @@ impl Positions {
     /// The unit vector of a row's position.
     pub(super) fn direction(&self, row: i32) -> [f64; 3] {
         let [lon, lat] = self.at(row as usize);
-        direction(lon, lat)
+        [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()]
     }
 
     pub(super) fn borrowed(&self) -> LonLat<'_> {

@@ -5,7 +5,7 @@
 //! Corners of more than three cells are cut likewise. Tables that uxarray has derived from MPAS's are read as MPAS's.
 //! Format: UGRID conventions 1.0, <https://ugrid-conventions.github.io/ugrid-conventions>.
 
-use super::angles::{of_directions, positions, sum};
+use super::angles::{of_directions, positions};
 use super::columns::{is_coordinate, of_points};
 use super::polygons::{NONE, Polygons};
 use super::tables::{FileCorners, Mesh, MeshLayout, Positions, missing};
@@ -331,7 +331,8 @@ fn of_faces(
     let around = || rows.chunks_exact(row).map(|face| face.iter().copied().filter(|i| *i >= 0));
     let are_triangles = around().all(|face| face.count() == 3);
     if !are_triangles && !are_nodes_cells {
-        let middles = || of_directions(around().map(|face| sum(face.map(|i| nodes.direction(i)))));
+        let place = |node: i32| DVec3::from(nodes.direction(node));
+        let middles = || of_directions(around().map(|face| face.map(place).sum::<DVec3>()));
         let center = given.unwrap_or_else(middles);
         return Mesh::of_polygons(path, [center, nodes], Polygons::of_rows(&rows, row));
     }

@@ -40,15 +40,13 @@ fn tables_and_bounds_go_before_columns() {
     let mut made = Made::mesh(false);
     made.add("PS", &["nCells"], Values::F64(vec![1.0; 42]));
     assert!(open(&made).mesh().format() != "points");
-    for table in ["verticesOnCell", "cellsOnVertex", "edgesOnVertex", "verticesOnEdge", "cellsOnEdge"] {
-        made.remove(table);
-    }
+    made.remove_all(&["verticesOnCell", "cellsOnVertex", "edgesOnVertex", "verticesOnEdge", "cellsOnEdge"]);
     let without = open(&made);
     assert_eq!(without.mesh().format(), "points");
     assert_eq!((without.mesh().cells(), without.mesh().corners()), (42, 80));
     let mut icon = Made::icon_data(Angles::Degrees);
     assert!(open(&icon).mesh().format() != "points");
-    ["clon_bnds", "clat_bnds"].iter().for_each(|name| icon.remove(name));
+    icon.remove_all(&["clon_bnds", "clat_bnds"]);
     let without = open(&icon);
     assert_eq!(without.mesh().format(), "points");
     assert_eq!(without.mesh().cells(), 80);

@@ -2,7 +2,7 @@
 
 use crate::made::{Made, Values};
 use crate::made_icon::{Angles, LAYERS};
-use crate::memory::{direction_of, expect, names, open, opened, spoilt, values};
+use crate::memory::{direction, direction_of, expect, names, open, opened, spoilt, values};
 use icoray::{ErrorKind, Grid, IcosahedralMesh, Location};
 use icoray_dataset::MeshLayout;
 
@@ -34,7 +34,7 @@ fn tables_that_others_determine_are_made() {
         &["verticesOnCell", "nEdgesOnCell", "edgesOnVertex", "verticesOnEdge", "cellsOnEdge"],
     ] {
         let mut made = Made::mesh(false);
-        lacking.iter().for_each(|name| made.remove(name));
+        made.remove_all(lacking);
         let file = opened(&made, &[]).unwrap_or_else(|e| panic!("{lacking:?}: {e}"));
         let grid = file.mesh().grid().unwrap_or_else(|e| panic!("{lacking:?}: {e}"));
         assert_eq!(triangles(&grid), expected, "{lacking:?}");
@@ -48,7 +48,7 @@ fn tables_that_nothing_determines_are_named() {
         &["cellsOnVertex", "verticesOnCell", "cellsOnEdge"][..],
         &["cellsOnVertex", "verticesOnCell", "verticesOnEdge", "edgesOnVertex"],
     ] {
-        let error = spoilt(Made::mesh(false), |made| lacking.iter().for_each(|name| made.remove(name)));
+        let error = spoilt(Made::mesh(false), |made| made.remove_all(lacking));
         expect(&error, ErrorKind::Grid, &["made.nc", "cellsOnVertex is missing", "another file"]);
     }
     let error = spoilt(Made::mesh(false), |made| {
@@ -57,7 +57,7 @@ fn tables_that_nothing_determines_are_named() {
     });
     expect(&error, ErrorKind::Grid, &["cell 1: corner 80, expected 0 to 79"]);
     let error = spoilt(Made::mesh(false), |made| {
-        ["verticesOnEdge", "verticesOnCell"].iter().for_each(|name| made.remove(name));
+        made.remove_all(&["verticesOnEdge", "verticesOnCell"]);
         made.i32s("edgesOnVertex")[9] = i32::MAX;
     });
     expect(&error, ErrorKind::Grid, &["made.nc", "edge 2147483646, expected 0 to 239"]);
@@ -74,15 +74,11 @@ fn positions_may_be_cartesian() {
         let [lon, lat] = of_cells.map(|name| made.f64s(name).clone());
         let dimension = if names[0] == "xCell" { "nCells" } else { "nVertices" };
         let radius = 6_371_229.0;
-        let places = [
-            (0..lon.len()).map(|i| radius * lat[i].cos() * lon[i].cos()).collect(),
-            (0..lon.len()).map(|i| radius * lat[i].cos() * lon[i].sin()).collect(),
-            (0..lon.len()).map(|i| radius * lat[i].sin()).collect::<Vec<f64>>(),
-        ];
-        for (name, x) in names.into_iter().zip(places) {
-            made.add(name, &[dimension], Values::F64(x));
+        let places: Vec<[f64; 3]> = lon.iter().zip(&lat).map(|(lon, lat)| direction(*lon, *lat)).collect();
+        for (k, name) in names.into_iter().enumerate() {
+            made.add(name, &[dimension], Values::F64(places.iter().map(|place| radius * place[k]).collect()));
         }
-        of_cells.iter().for_each(|name| made.remove(name));
+        made.remove_all(&of_cells);
     }
     let file = open(&made);
     file.mesh().grid().unwrap();
@@ -141,9 +137,7 @@ fn corners_of_cells_show_where_holes_are() {
 fn points_of_triangles_are_enough() {
     let whole = open(&Made::icon_data(Angles::Radians));
     let mut made = Made::icon_data(Angles::Radians);
-    for name in ["clon", "clat"] {
-        made.remove(name);
-    }
+    made.remove_all(&["clon", "clat"]);
     for (old, new) in [("clon_bnds", "clon_vertices"), ("clat_bnds", "clat_vertices")] {
         made.variable(old).attributes = vec![("units", "radian".into())];
         made.variable(old).name = new;

@@ -47,9 +47,7 @@ fn data_of_another_mesh_of_the_same_size_are_refused() {
         made
     };
     let mut data = Made::icon_data(Angles::Degrees);
-    for name in ["clon", "clat", "clon_bnds", "clat_bnds"] {
-        data.remove(name);
-    }
+    data.remove_all(&["clon", "clat", "clon_bnds", "clat_bnds"]);
     let (one, grid) = (named(data.clone(), "1111"), Made::icon_grid());
     for same in [named(grid.clone(), "1111"), grid.clone()] {
         assert_eq!(opened(&one, &[&same]).unwrap().fields().len(), 1);

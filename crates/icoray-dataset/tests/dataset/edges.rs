@@ -2,33 +2,29 @@
 
 use crate::made::{Made, Values};
 use crate::memory::{direction, expect, open, open_error, opened, values};
+use glam::DVec3;
 use icoray::{ErrorKind, IcosahedralMesh, Location};
 use icoray_dataset::Dataset;
 
 /// Axis and speed of a rotation of the whole sphere.
-const OMEGA: [f64; 3] = [3.0, -5.0, 7.0];
+const OMEGA: DVec3 = DVec3::new(3.0, -5.0, 7.0);
 const LAYERS: usize = 3;
 const EDGES: usize = 120;
 
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|k| a[k] * b[k]).sum()
-}
-
 /// The component of the rotation along a great circle from one place to another, which is the same on all of it.
-fn normal_component([a, b]: [[f64; 3]; 2]) -> f64 {
-    let pole = cross(a, b);
-    dot(OMEGA, pole) / dot(pole, pole).sqrt()
+fn normal_component([a, b]: [DVec3; 2]) -> f64 {
+    OMEGA.dot(a.cross(b).normalize())
+}
+
+fn place([lon, lat]: [f64; 2]) -> DVec3 {
+    direction(lon, lat).into()
 }
 
 /// The rotation at a place, eastward and northward.
 fn rotation(lon: f64, lat: f64) -> [f64; 2] {
-    let (east, north) = ([-lon.sin(), lon.cos(), 0.0], [-lat.sin() * lon.cos(), -lat.sin() * lon.sin(), lat.cos()]);
-    let wind = cross(OMEGA, direction(lon, lat));
-    [dot(wind, east), dot(wind, north)]
+    let east = DVec3::new(-lon.sin(), lon.cos(), 0.0);
+    let wind = OMEGA.cross(place([lon, lat]));
+    [wind.dot(east), wind.dot(place([lon, lat]).cross(east))]
 }
 
 /// MPAS's cells beside each edge.
@@ -38,7 +34,7 @@ fn beside(made: &mut Made) -> Vec<[i32; 2]> {
 
 /// Adds the rotation on layers, each as much again as that below, as components normal to edges between centres.
 fn add_rotation(made: &mut Made, name: &'static str, edge: &'static str, beside: &[[i32; 2]], at: [&[f64]; 2]) {
-    let place = |centre: i32| direction(at[0][centre as usize], at[1][centre as usize]);
+    let place = |centre: i32| place(at.map(|angles| angles[centre as usize]));
     let component = |edge: usize| normal_component(beside[edge].map(place));
     let values = (0..LAYERS).flat_map(|layer| (0..EDGES).map(move |edge| (layer + 1) as f64 * component(edge)));
     made.add(name, &["time", "lev", edge], Values::F64(values.collect()));
@@ -159,9 +155,9 @@ fn ugrid(table: &'static str, [nodes, faces]: [[&[f64]; 2]; 2], rows: &[i32], en
 
 /// The ends of each edge, as seen from outside with the first place beside it on the left of the way between them.
 fn ends_with_left(ends: &[i32], beside: &[[i32; 2]], [nodes, faces]: [[&[f64]; 2]; 2]) -> Vec<i32> {
-    let place = |[lon, lat]: [&[f64]; 2], i: i32| direction(lon[i as usize], lat[i as usize]);
+    let place = |at: [&[f64]; 2], i: i32| place(at.map(|angles| angles[i as usize]));
     let turned = ends.as_chunks().0.iter().zip(beside).map(|([one, other], [left, _])| {
-        let is_left = dot(cross(place(nodes, *one), place(nodes, *other)), place(faces, *left)) > 0.0;
+        let is_left = place(nodes, *one).cross(place(nodes, *other)).dot(place(faces, *left)) > 0.0;
         if is_left { [*one, *other] } else { [*other, *one] }
     });
     turned.flatten().collect()
@@ -173,8 +169,8 @@ fn with_middles_elsewhere(made: &mut Made, [nodes, faces]: [[&[f64]; 2]; 2], row
     let row = rows.len() / faces[0].len();
     let places = (0..faces[0].len()).map(|face| {
         let node = rows[face * row] as usize;
-        let (from, to) = (direction(faces[0][face], faces[1][face]), direction(nodes[0][node], nodes[1][node]));
-        let [x, y, z] = [0, 1, 2].map(|k| 0.8 * from[k] + 0.2 * to[k]);
+        let (from, to) = (place(faces.map(|angles| angles[face])), place(nodes.map(|angles| angles[node])));
+        let DVec3 { x, y, z } = from.lerp(to, 0.2);
         [y.atan2(x), z.atan2(x.hypot(y))]
     });
     let places: Vec<[f64; 2]> = places.collect();
@@ -215,7 +211,7 @@ fn edges_of_ugrid_are_known_by_their_faces_or_their_nodes() {
             let mean = own.iter().sum::<f64>() / own.len() as f64;
             assert!((values(&file, "sum", 0)(face as usize, 0) - mean).abs() < 1e-9, "{table}");
             let off = with_middles_elsewhere(&mut made, places, &rows);
-            assert!(off < 0.08 * dot(OMEGA, OMEGA).sqrt(), "{table}: {off}");
+            assert!(off < 0.08 * OMEGA.length(), "{table}: {off}");
             // A table of other shape is none.
             made.variable("of_edges").dimensions.reverse();
             made.variable("of_edges").dimensions[0] = "row";

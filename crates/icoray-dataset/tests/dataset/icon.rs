@@ -59,9 +59,7 @@ fn fields_lie_on_triangles_and_layers_on_the_standard_atmosphere() {
 #[test]
 fn grid_and_heights_may_be_in_files_of_their_own() {
     let mut data = Made::icon_data(Angles::Degrees);
-    for name in ["clon", "clat", "clon_bnds", "clat_bnds"] {
-        data.remove(name);
-    }
+    data.remove_all(&["clon", "clat", "clon_bnds", "clat_bnds"]);
     // Levels are counted, and z_ifc has the heights of one interface more.
     data.variable("lev").attributes.clear();
     let mut heights = Made { dimensions: vec![("ncells", 80), ("height_2", LAYERS + 1)], ..Made::icon_grid() };

@@ -29,7 +29,7 @@ fn at(name: &str, entry: usize) -> DatasetOptions {
 fn notes(file: &Dataset, field: &str) -> String {
     let (all, text) = (LayerSelection::default(), format!("field = '{field}'\ntransfer = {{ map = 'magma' }}"));
     let script = icoray::Script::parse(&text).unwrap();
-    SceneFields::new(file, &script, &all, file.mesh().cells()).unwrap().all_notes(&script).unwrap().join("; ")
+    SceneFields::new(file, &script, &all).unwrap().all_notes(&script).unwrap().join("; ")
 }
 
 #[test]

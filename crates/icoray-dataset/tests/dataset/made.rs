@@ -191,6 +191,10 @@ impl Made {
         self.attributes.retain(|(n, _)| *n != name);
     }
 
+    pub fn remove_all(&mut self, names: &[&str]) {
+        names.iter().for_each(|name| self.remove(name));
+    }
+
     pub fn set(&mut self, attribute: &'static str, value: impl Into<Values>) {
         self.remove(attribute);
         self.attributes.push((attribute, value.into()));

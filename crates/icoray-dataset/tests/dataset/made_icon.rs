@@ -31,11 +31,6 @@ impl Angles {
     }
 }
 
-/// A bisected icosahedron; its poles, where longitudes mean nothing, are points of triangles.
-fn mesh(level: u32) -> IcosahedralMesh {
-    IcosahedralMesh::new(level).unwrap()
-}
-
 impl Made {
     /// Adds positions in radians or degrees, given in radians.
     pub fn angles(&mut self, name: &'static str, dimensions: &[&'static str], angles: Angles, rad: &[f64]) {
@@ -51,7 +46,7 @@ impl Made {
 
     /// An ICON grid file.
     pub fn icon_grid() -> Self {
-        let mesh = mesh(1);
+        let mesh = IcosahedralMesh::new(1).unwrap();
         let triangles = mesh.corner_cell.len() / 3;
         let mut made = Made::of(
             [("cell", triangles), ("vertex", mesh.cells()), ("nv", 3)],
@@ -68,7 +63,7 @@ impl Made {
 
     /// An ICON file with fields and bounds, as ICON and the CDO write them.
     pub fn icon_data(angles: Angles) -> Self {
-        let mesh = mesh(1);
+        let mesh = IcosahedralMesh::new(1).unwrap();
         let triangles = mesh.corner_cell.len() / 3;
         let mut made = Made::of(
             [("ncells", triangles), ("vertices", 3), ("lev", LAYERS), ("time", 0)],
@@ -100,7 +95,7 @@ impl Made {
 
     /// A file of DYNAMICO: hexagons and pentagons with their points, `ta` on pressures and `ps`.
     pub fn dynamico(angles: Angles) -> Self {
-        let mesh = mesh(2);
+        let mesh = IcosahedralMesh::new(2).unwrap();
         let mut made = Made::of(
             [("cell", mesh.cells()), ("nvertex", 6), ("lev", LAYERS), ("time", 0)],
             [("Conventions", "CF-1.6".into())],

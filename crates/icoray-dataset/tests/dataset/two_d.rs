@@ -74,9 +74,7 @@ fn fields_with_layers_are_likelier() {
             vec![("long_name", long_name.into()), ("units", units.into())];
     }
     assert_eq!(likely(&made), ["theta", "w", "vorticity", "tslb", "rho", "surface_pressure", "ssh", "ter"]);
-    for name in ["theta", "w", "vorticity", "rho", "zgrid", "tslb", "rho_base", "gh", "layerThickness", "ssh"] {
-        made.remove(name);
-    }
+    made.remove_all(&["theta", "w", "vorticity", "rho", "zgrid", "tslb", "rho_base", "gh", "layerThickness", "ssh"]);
     assert_eq!(likely(&made), ["surface_pressure", "ter"]);
     let file = open(&made);
     assert_eq!(names(&file), ["surface_pressure", "ter", "areaCell"], "positions are no fields");
@@ -180,7 +178,7 @@ fn layers_are_surfaces_without_heights() {
         let all = LayerSelection::default();
         let layers_of = |scene: &str| {
             let script = Script::parse(&format!("field = '{field}'\n{scene}")).unwrap();
-            let scene_fields = SceneFields::new(&file, &script, &all, file.mesh().cells())?;
+            let scene_fields = SceneFields::new(&file, &script, &all)?;
             let scene = script.views()[0].scenes().next().unwrap();
             Ok::<_, Error>((scene_fields.layers(&scene)?.clone(), scene_fields.notes(&scene)?.concat()))
         };

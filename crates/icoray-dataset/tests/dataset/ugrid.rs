@@ -9,10 +9,6 @@ use std::f64::consts::FRAC_PI_4;
 
 const LAYERS: usize = 3;
 
-fn mesh() -> IcosahedralMesh {
-    IcosahedralMesh::new(1).unwrap()
-}
-
 fn degrees(rad: &[f64]) -> Values {
     Values::F64(rad.iter().map(|angle| angle.to_degrees()).collect())
 }
@@ -36,7 +32,7 @@ impl Made {
 
     /// The triangles of an icosahedral mesh and their nodes.
     pub fn ugrid_triangles() -> Self {
-        let mesh = mesh();
+        let mesh = IcosahedralMesh::new(1).unwrap();
         let mut made = Made::ugrid(80, 42, 3, mesh.corner_cell.iter().map(|cell| cell + 1).collect());
         made.nodes([&mesh.lon_center_rad, &mesh.lat_center_rad]);
         made
@@ -58,7 +54,7 @@ impl Made {
 
 #[test]
 fn polygons_are_cells_and_nodes_are_corners() {
-    let mesh = mesh();
+    let mesh = IcosahedralMesh::new(1).unwrap();
     // Rows of pentagons repeat a corner.
     let row = |row: &[i32]| {
         let number = |k: usize| if row[..k].contains(&row[k]) { -999 } else { row[k] + 1 };
@@ -183,7 +179,7 @@ fn squares_are_cells_or_their_nodes_are() {
 /// The same file in the other order, from 0 or 1, with the attributes that declare both and without.
 #[test]
 fn tables_may_be_transposed_and_count_from_0_or_1() {
-    let mesh = mesh();
+    let mesh = IcosahedralMesh::new(1).unwrap();
     let corner_cells = |base: i32, is_transposed: bool| -> Vec<i32> {
         let at = |i: usize| mesh.corner_cell[if is_transposed { 3 * (i % 80) + i / 80 } else { i }] + base;
         (0..240).map(at).collect()
@@ -207,7 +203,7 @@ fn tables_may_be_transposed_and_count_from_0_or_1() {
 
 #[test]
 fn coordinates_are_no_fields_and_the_topology_goes_before_names() {
-    let (mesh, mut made) = (mesh(), Made::ugrid_triangles());
+    let (mesh, mut made) = (IcosahedralMesh::new(1).unwrap(), Made::ugrid_triangles());
     made.add("middle_x", &["nf"], degrees(&mesh.lon_corner_rad));
     made.add("middle_y", &["nf"], degrees(&mesh.lat_corner_rad));
     made.variable("Mesh2").attributes.push(("face_coordinates", "middle_x middle_y".into()));

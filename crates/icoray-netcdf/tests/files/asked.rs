@@ -31,9 +31,7 @@ fn nothing_else_is_read() {
 #[test]
 fn files_that_claim_more_than_they_can_hold_are_refused() {
     let mut made = Made::history();
-    for variable in ["theta", "w", "vorticity", "rho", "levels", "zgrid", "surface_pressure"] {
-        made.remove(variable);
-    }
+    made.remove_all(&["theta", "w", "vorticity", "rho", "levels", "zgrid", "surface_pressure"]);
     made.dimensions.iter_mut().find(|d| d.0 == "nVertLevels").unwrap().1 = 1 << 30;
     made.add("theta", &["Time", "nCells", "nVertLevels"], Values::F32(Vec::new()));
     let (_folder, path) = made.write(Options::NETCDF4);

@@ -1,7 +1,7 @@
 //! Real files, if the test data are present.
 
 use crate::made::{Made, Values};
-use crate::memory::expect;
+use crate::memory::{direction_of, expect};
 use icoray::{CenterField, ErrorKind, Location};
 use icoray_dataset::Kind;
 use icoray_test_support::data_file;
@@ -136,13 +136,9 @@ fn triangles_of_icon_are_rebuilt_from_their_bounds() {
     assert_eq!((grid.void_triangles(), file.mesh().tables().cell_corner_row), (0, 6));
     // The file's own centres lie in the middle of the triangles that were found, whose sides are 0.06 to 0.08.
     let tables = file.mesh().tables();
-    let direction = |at: icoray::LonLat, i: usize| {
-        let (lon, lat) = (at.lon_rad.get(i), at.lat_rad.get(i));
-        [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()]
-    };
     for triangle in 0..5120 {
-        let points = grid.triangle(triangle).map(|cell| direction(tables.center, cell as usize));
-        let centre = direction(tables.corner, triangle as usize);
+        let points = grid.triangle(triangle).map(|cell| direction_of(tables.center, cell as usize));
+        let centre = direction_of(tables.corner, triangle as usize);
         let off: f64 = (0..3).map(|k| (points.iter().map(|p| p[k]).sum::<f64>() / 3.0 - centre[k]).powi(2)).sum();
         assert!(off.sqrt() < 1e-2, "{triangle}: {}", off.sqrt());
     }

@@ -126,21 +126,6 @@ fn child(test: &str, folder: &Path, from: usize) -> (Vec<String>, bool) {
     (lines.map(str::to_owned).collect(), output.status.code() == Some(HUNG))
 }
 
-/// Damaged copies of a file, numbered.
-fn folder_of(whole: &[u8], count: usize, seed: u64) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let mut random = Random::new(seed);
-    for number in 0..count {
-        std::fs::write(folder.path().join(number.to_string()), spoilt(whole, &mut random)).unwrap();
-    }
-    folder
-}
-
-/// The made files: of MPAS's atmosphere and ocean, and of ICON.
-fn files() -> [Made; 3] {
-    [Made::history(), Made::ocean(), Made::icon_data(Angles::Radians)]
-}
-
 /// Classic files never end the process. In NetCDF-4's the HDF5 library itself may: how often is printed, and depends on
 /// its version; a panic, or values of a wrong kind, would be ours.
 #[test]
@@ -149,10 +134,15 @@ fn damaged_files_end_in_a_result() {
         return read_in_child(&folder);
     }
     let count: usize = count(100, 400);
-    for (made, seed) in files().iter().zip(1..) {
+    for (made, seed) in [Made::history(), Made::ocean(), Made::icon_data(Angles::Radians)].iter().zip(1..) {
         for (format, options) in formats() {
             let (_folder, path): (_, PathBuf) = made.write(options);
-            let folder = folder_of(&std::fs::read(path).unwrap(), count, seed);
+            let whole = std::fs::read(path).unwrap();
+            // Damaged copies, numbered.
+            let (folder, mut random) = (tempfile::tempdir().unwrap(), Random::new(seed));
+            for number in 0..count {
+                std::fs::write(folder.path().join(number.to_string()), spoilt(&whole, &mut random)).unwrap();
+            }
             let found = outcomes("hostile::damaged_files_end_in_a_result", folder.path(), count);
             println!("{format}: {found:?}");
             assert_eq!(found.panics, 0, "{format}: {found:?}");

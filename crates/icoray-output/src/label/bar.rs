@@ -229,11 +229,13 @@ fn has_colors_of(one: &Painting, other: &Painting) -> bool {
     one.field == other.field && colorings.is_some_and(|(one, other)| one.has_colors_of(other))
 }
 
-/// The lines of a caption, none longer than `max_width` if it stays legible: a much longer caption is broken in two.
+/// The lines of a caption, none longer than `max_width` if it stays legible: a much longer caption is broken at
+/// the blank nearest its middle.
 fn caption_mask(lines: &[String], sizes: Sizes, max_width: i64) -> Mask {
     let broken = lines.iter().flat_map(|line| {
         let is_long = sizes.caption.width(line) * 4 > max_width * 5;
-        match middle_blank(line).filter(|_| is_long) {
+        let blanks = line.match_indices(' ').map(|(at, _)| at);
+        match blanks.min_by_key(|at| at.abs_diff(line.len() / 2)).filter(|_| is_long) {
             Some(at) => vec![&line[..at], &line[at + 1..]],
             None => vec![line.as_str()],
         }
@@ -242,11 +244,6 @@ fn caption_mask(lines: &[String], sizes: Sizes, max_width: i64) -> Mask {
     let longest = broken.iter().max_by_key(|line| sizes.caption.width(line));
     let size = longest.map_or(sizes.caption, |line| sizes.caption.fitting(line, max_width));
     Mask::below_each_other(&broken.iter().map(|line| size.line(line)).collect::<Vec<_>>())
-}
-
-/// Position of the blank nearest the middle of a text.
-fn middle_blank(text: &str) -> Option<usize> {
-    text.match_indices(' ').map(|(at, _)| at).min_by_key(|at| at.abs_diff(text.len() / 2))
 }
 
 #[cfg(test)]

@@ -86,14 +86,8 @@ fn is_colored([r, g, b]: [u8; 3]) -> bool {
 
 /// Runs of `true`: where each begins and ends.
 fn spans(is: impl Iterator<Item = bool>) -> Vec<[i64; 2]> {
-    let mut spans: Vec<[i64; 2]> = Vec::new();
-    for at in (0..).zip(is).filter_map(|(at, is)| is.then_some(at)) {
-        match spans.last_mut() {
-            Some(span) if span[1] + 1 == at => span[1] = at,
-            _ => spans.push([at, at]),
-        }
-    }
-    spans
+    let at: Vec<i64> = (0..).zip(is).filter_map(|(at, is)| is.then_some(at)).collect();
+    at.chunk_by(|one, next| one + 1 == *next).map(|run| [run[0], run[run.len() - 1]]).collect()
 }
 
 /// The bar's outline in a lying bar: its first and last column, and the rows of its upper and lower line.

@@ -156,11 +156,8 @@ fn symlog([low, high]: [f64; 2], threshold: f64, max_count: usize) -> Ticks {
     let side = |sign: f64, last: i32| {
         let powers = (first..=last).map(move |power| (power, (top - power) % stride == 0));
         powers.map(move |(power, has_label)| {
-            let label = if sign < 0.0 {
-                format!("−{}", decade_label(power, has_plain_labels))
-            } else {
-                decade_label(power, has_plain_labels)
-            };
+            let label = decade_label(power, has_plain_labels);
+            let label = if sign < 0.0 { format!("−{label}") } else { label };
             (sign * decade(power), has_label.then_some(label))
         })
     };

@@ -5,6 +5,7 @@ use crate::atomic::Existing;
 use crate::frame::tests::frame;
 use crate::write::write_frame;
 use icoray_scene::name::{NameTemplate, Output};
+use std::fs;
 
 fn concat(file: &str, fps: f64) -> Option<Concat> {
     Some(Concat { file: file.into(), fps })

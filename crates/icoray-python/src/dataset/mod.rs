@@ -67,15 +67,14 @@ impl Opened {
             script.name_first_field(&dataset.first_field()?.name);
         }
         script.show_as_surfaces(|name| dataset.field_info(name).is_ok_and(FieldInfo::is_2d));
-        let scene_fields = SceneFields::new(dataset, &script, &layers, grid.cells())?;
-        let (dates, seconds) = (dataset.times(), dataset.seconds());
-        let series = Series { script: &script, dates, times: vec![time], is_scheduled: false, seconds };
-        let (_, read) = series.views_of(&scene_fields, renderer, time)?;
+        let scene_fields = SceneFields::new(dataset, &script, &layers)?;
+        let drawing = Drawing { scene_fields: &scene_fields, grid, renderer };
+        let series = Series::of(dataset, &script, vec![time], false);
+        let (_, read) = series.views_of(drawing, time)?;
         let stamp: Stamp = series.stamp(time);
         let shot = script.views()[0].shots(&stamp).next().expect("a scene is one picture");
         let mut heights = self.heights.lock().unwrap_or_else(PoisonError::into_inner);
-        heights.get_ready(&scene_fields, grid, renderer, std::iter::once(shot.scene.clone()), time)?;
-        let drawing = Drawing { scene_fields: &scene_fields, grid, renderer };
+        heights.get_ready(drawing, std::iter::once(shot.scene.clone()), time)?;
         let frame = drawing.frame(&shot.scene, &read.borrowed()?, &heights, &mut Ranks::alone())?;
         let mut frame = frame.expect("who draws alone is rank 0");
         let masked: usize = read.fields.values().map(OwnedField::bytes).sum();

@@ -43,19 +43,15 @@ pub(crate) struct Orbit {
     pub period: f64,
 }
 
-impl Orbit {
-    fn turned_deg(&self, now: &Stamp) -> f64 {
-        // Multiplied first, so that whole degrees stay whole.
-        (self.clock.read(now) * self.turn_deg / self.period).rem_euclid(360.0)
-    }
-}
-
 impl Motion {
     /// The camera at a step; `still` is the camera without motion.
     pub fn camera(&self, still: &Camera, now: &Stamp) -> Camera {
         match self {
             Motion::Still => *still,
-            Motion::Orbit(orbit) => still.turned_east(orbit.turned_deg(now)),
+            Motion::Orbit(Orbit { clock, turn_deg, period }) => {
+                // Multiplied first, so that whole degrees stay whole.
+                still.turned_east((clock.read(now) * turn_deg / period).rem_euclid(360.0))
+            }
             Motion::Path(path) => path.camera(now),
         }
     }
