@@ -40,10 +40,14 @@ impl Failure {
         self.within(format_args!("step {step}"))
     }
 
-    /// Prefixes the message with the step and, if it has a name, the view.
+    /// Prefixes the message with the view, if it has a name.
+    pub(crate) fn of_view(self, view: &str) -> Self {
+        if view.is_empty() { self } else { self.within(format_args!("view {view:?}")) }
+    }
+
+    /// Prefixes the message with the step and the view.
     pub(crate) fn of_picture(self, view: &str, step: i64) -> Self {
-        let failure = if view.is_empty() { self } else { self.within(format_args!("view {view:?}")) };
-        failure.at_step(step)
+        self.of_view(view).at_step(step)
     }
 
     /// A pointer that must not be NULL.

@@ -7,7 +7,7 @@ use crate::error::{argument, of_class};
 use crate::grid::Grid;
 use crate::layers::Layers;
 use crate::scene::Scene;
-use icoray::{Description, PartCells, PartCorners};
+use icoray::{PartCells, PartCorners};
 use icoray_context::bindings::PartInput;
 use icoray_context::icoray_ctx;
 use pyo3::prelude::*;
@@ -267,12 +267,9 @@ impl Context {
     #[pyo3(signature = (name, long_name = None, units = None))]
     fn field_describe(&self, py: Python, name: &str, long_name: Option<&str>, units: Option<&str>) -> PyResult<()> {
         let name = plain(name, "name")?;
-        let text = |text: Option<&str>, what| -> PyResult<Option<String>> {
-            let text = plain(text.unwrap_or_default(), what)?.trim();
-            Ok((!text.is_empty()).then(|| text.to_owned()))
-        };
-        let description = Description { long_name: text(long_name, "long_name")?, units: text(units, "units")? };
-        self.handle.call(py, |context| context.describe_field(name, description))
+        let long_name = plain(long_name.unwrap_or_default(), "long_name")?;
+        let units = plain(units.unwrap_or_default(), "units")?;
+        self.handle.call(py, |context| context.describe_field(name, long_name, units))
     }
 
     /// Loads the scene from a file, on rank 0, for all ranks: one picture or several views, with their triggers and
