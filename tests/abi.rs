@@ -3,6 +3,7 @@
 mod pictures;
 
 use icoray_test_support::{Need, has_tool, runs, runs_long, skip_because};
+use icoray_tests::interface::Interface;
 use icoray_tests::layout::{LAYOUT, assert_is_rust, assert_layout_is_of_rust};
 use icoray_tests::native::{checked, command, compile, compile_c, library, root, succeeded, text, valgrind};
 use std::path::{Path, PathBuf};
@@ -85,15 +86,7 @@ fn cpp_sees_the_structs_as_rust_does() {
 #[test]
 fn the_header_declares_the_functions() {
     let header = std::fs::read_to_string(root().join("include/icoray.h")).unwrap();
-    // A prototype is the only place where a name is followed by a bracket and not preceded by a comment's star.
-    let code = header.lines().filter(|l| !l.trim_start().starts_with('*') && !l.trim_start().starts_with("/*"));
-    let mut declared: Vec<&str> = code
-        .filter_map(|line| line.split_once('(').map(|(before, _)| before))
-        .filter_map(|before| before.rsplit([' ', '*']).next())
-        .filter(|name| name.starts_with("icoray_"))
-        .collect();
-    declared.sort_unstable();
-    assert_eq!(declared, functions());
+    assert_eq!(Interface::of_c(&header).functions.into_keys().collect::<Vec<_>>(), functions());
 }
 
 #[test]

@@ -4,9 +4,9 @@
 mod faults;
 mod hosts;
 
-use hosts::{Host, compiled, ended_well, has_view, prepared, sources, temporary, with_icoray};
+use hosts::{DIRECT, HOST, Host, ended_well, has_view, prepared};
 use icoray_test_support::{Need, runs_long, skip, skip_because};
-use icoray_tests::native::{command, log_of, root, succeeded};
+use icoray_tests::native::{command, compile_to, log_of, new_directory, root, succeeded};
 use icoray_tests::pictures::{Pictures, assert_distinct, assert_drew, assert_same, pictures};
 use icoray_tests::ranks::FIRST;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ fn direct(directory: &Path, shape: &str, heights: &str) -> Pictures {
 fn direct_in(directory: &Path, shape: &str, heights: &str, scene: &str) -> Pictures {
     let program = directory.join("direct");
     if !program.is_file() {
-        with_icoray("cc", &program, &[], &["direct.c", "ball.c"], &[]);
+        compile_to(&program, "cc", &[], &DIRECT, &[]);
     }
     let run = prepared(directory, &format!("direct {shape} {heights} {scene}"), scene);
     succeeded(command(&program, &run).args(["scene.toml", shape, heights, &STEPS.to_string()]));
@@ -90,9 +90,9 @@ fn hosts_draw_the_pictures_of_whole_arrays() {
 fn single_layers_are_surfaces() {
     let Some(directory) = FIRST.directory() else { return };
     for (levels, shapes) in [("LEVELS=1", &["wedges", "hexes", "points"][..]), ("LEVELS=2", &["wedges", "prisms"])] {
-        let directory = temporary(directory.path(), levels);
+        let directory = new_directory(directory.path(), levels);
         let option = format!("-D{levels}");
-        with_icoray("cc", &directory.join("direct"), &[&option], &["direct.c", "ball.c"], &[]);
+        compile_to(&directory.join("direct"), "cc", &[&option], &DIRECT, &[]);
         let host = Host::of_kind(&directory, levels, true);
         for shape in shapes {
             let expected = direct(&directory, shape, "opaque");
@@ -116,14 +116,14 @@ fn hosts_on_one_process_draw_too() {
         host.draws(1, &run, &["scene.toml", "wedges", "flat", &STEPS.to_string(), "column"], &expected);
     }
     // A host that is a module, with a libcatalyst that is loaded for it alone.
-    let alone = Host::of_kind(&temporary(directory, "module"), "", false);
+    let alone = Host::of_kind(&new_directory(directory, "module"), "", false);
     let (module, loader) = (directory.join("module.so"), directory.join("loader"));
     let include = format!("-I{}", root().join("tests/c/catalyst/double").display());
     let (at, rpath) = (alone.library.parent().unwrap().to_str().unwrap(), alone.library.parent().unwrap().display());
     let of_module = ["-shared", "-fPIC", "-Dmain=host_main", &include, "-Wno-missing-prototypes"];
     let libraries = [&format!("-L{at}"), "-lcatalyst", &format!("-Wl,-rpath,{rpath}")];
-    with_icoray("cc", &module, &of_module, &["host.c", "ball.c"], &libraries);
-    compiled("cc", &loader, &[], &sources(["loader.c"]), &[]);
+    compile_to(&module, "cc", &of_module, &HOST, &libraries);
+    compile_to(&loader, "cc", &["-Wl,--as-needed"], &["catalyst/loader"], &[]);
     let run = prepared(directory, "loaded", "flat");
     let mut command = command(&loader, &run);
     command.arg(&module).args(["scene.toml", "wedges", "flat", &STEPS.to_string(), "column"]);
@@ -222,8 +222,7 @@ fn the_real_libcatalyst_draws_the_same() {
     for ranks in [1, 2, 3] {
         let [first, again] =
             ["dumped", "replayed"].map(|name| prepared(directory, &format!("{name} {ranks}"), "hills"));
-        let dump = first.join("dump");
-        std::fs::create_dir(&dump).unwrap();
+        let dump = new_directory(&first, "dump");
         let mut host = host.command(ranks, &first, &["scene.toml", "wedges", "hills", &STEPS.to_string(), "column"]);
         host.env("CATALYST_DATA_DUMP_DIRECTORY", format!("{}/", dump.display()));
         ended_well(ranks, &mut host);

@@ -2,7 +2,7 @@
 //! ICORAY_COMIN names its prefix.
 
 use icoray_test_support::{Need, runs_long, skip, skip_because};
-use icoray_tests::native::{C_OPTIONS, command, linked, log_of, mpi_library, root, succeeded};
+use icoray_tests::native::{command, compile_to, log_of, new_directory, root, succeeded};
 use icoray_tests::pictures::{Pictures, assert_distinct, assert_drew, column, pictures};
 use icoray_tests::ranks::FIRST;
 use std::path::{Path, PathBuf};
@@ -11,21 +11,13 @@ use tempfile::TempDir;
 
 mod file;
 
-/// Files in C of `tests/c/comin`, or of the plugin.
-fn sources<const N: usize>(names: [&str; N]) -> [PathBuf; N] {
-    names.map(|name| root().join("tests/c/comin").join(name))
-}
-
-fn plugin_sources() -> [PathBuf; 4] {
-    ["host.c", "grid.c", "clock.c", "plugin.c"].map(|name| root().join("crates/icoray-comin/src").join(name))
-}
-
-/// A compiler with the options of all; what it compiles links icoray behind `libraries`.
-fn compiler(name: &str, to: &Path, options: &[&str], sources: &[PathBuf], libraries: &[&str]) {
-    let mut compile = command(name, to.parent().unwrap());
-    compile.args(C_OPTIONS).arg("-I").arg(root().join("include")).args(options).arg("-o").arg(to).args(sources);
-    succeeded(compile.args(libraries).args(linked(mpi_library())).args(["-lm", "-ldl"]));
-}
+/// Files in C of the plugin, from `tests/c`.
+const PLUGIN: [&str; 4] = [
+    "../../crates/icoray-comin/src/host",
+    "../../crates/icoray-comin/src/grid",
+    "../../crates/icoray-comin/src/clock",
+    "../../crates/icoray-comin/src/plugin",
+];
 
 /// The plugin against the `comin.h` of a folder and the libcomin of another.
 fn plugin(to: &Path, include: &Path, options: &[&str], library: &Path) {
@@ -34,7 +26,7 @@ fn plugin(to: &Path, include: &Path, options: &[&str], library: &Path) {
     let options =
         [&["-fPIC", "-shared", "-fdata-sections", "-Wl,--gc-sections", "-isystem", include, &exports], options]
             .concat();
-    compiler("cc", to, &options, &plugin_sources(), &[&library, "-lcomin"]);
+    compile_to(to, "cc", &options, &PLUGIN, &[&library, "-lcomin"]);
 }
 
 /// A double with the host that runs it, of a release of ComIn.
@@ -44,18 +36,17 @@ struct Double {
 
 impl Double {
     fn new(directory: &Path, version: u32) -> Self {
-        let directory = directory.join(format!("comin_0.{version}"));
-        std::fs::create_dir(&directory).unwrap();
+        let directory = new_directory(directory, &format!("comin_0.{version}"));
         let include = root().join("tests/c/comin/double");
         let is_version = format!("-DCOMIN_DOUBLE={version}");
         let include_flag = format!("-I{}", include.display());
         let here = format!("-L{}", directory.display());
         let library = directory.join("libcomin.so.0");
         let options = [&is_version, &include_flag, "-fPIC", "-shared", "-Wl,-soname,libcomin.so.0"];
-        compiler("cc", &library, &options, &sources(["icon.c", "double/double.c"]), &[]);
+        compile_to(&library, "cc", &options, &["comin/icon", "comin/double/double"], &[]);
         std::os::unix::fs::symlink(&library, directory.join("libcomin.so")).unwrap();
         let host = [is_version.as_str(), include_flag.as_str()];
-        compiler("mpicc", &directory.join("host"), &host, &sources(["host.c"]), &[&here, "-lcomin"]);
+        compile_to(&directory.join("host"), "mpicc", &host, &["comin/host"], &[&here, "-lcomin"]);
         plugin(&directory.join("libicoray_comin.so"), &include, &[&is_version], &directory);
         Double { directory }
     }
@@ -86,8 +77,7 @@ fn ended_well(ranks: usize, host: &mut Command) -> String {
 /// A directory for a run, with the test's scene or another one.
 fn prepared(directory: &Path, name: &str, change: impl FnOnce(String) -> String) -> PathBuf {
     let scene = std::fs::read_to_string(root().join("tests/c/comin/scene.toml")).unwrap();
-    let to = directory.join(name);
-    std::fs::create_dir(&to).unwrap();
+    let to = new_directory(directory, name);
     std::fs::write(to.join("scene.toml"), change(scene)).unwrap();
     to
 }
@@ -103,7 +93,7 @@ fn direct(directory: &Path) -> Pictures {
 /// As [`direct`], with another scene.
 fn direct_with(directory: &Path, change: impl FnOnce(String) -> String) -> Pictures {
     let (program, run) = (directory.join("direct"), prepared(directory, "whole", change));
-    compiler("cc", &program, &[], &sources(["direct.c", "icon.c"]), &[]);
+    compile_to(&program, "cc", &[], &["comin/direct", "comin/icon"], &[]);
     succeeded(command(&program, &run).args(["scene.toml", "0", "3"]));
     pictures(&run.join("pictures"))
 }
@@ -266,7 +256,7 @@ fn the_real_comin_draws_the_same() {
     let expected = direct(directory);
     let (writer, library) = (directory.join("replay"), directory.join("libicoray_comin.so"));
     let netcdf: Vec<&str> = netcdf.iter().map(String::as_str).collect();
-    compiler("cc", &writer, &[], &sources(["replay.c", "icon.c"]), &netcdf);
+    compile_to(&writer, "cc", &[], &["comin/replay", "comin/icon"], &netcdf);
     plugin(&library, &prefix.join("include"), &[], &prefix.join("lib"));
     let version = std::fs::read_to_string(prefix.join("include/comin_version.inc")).unwrap();
     let number = |name: &str| {

@@ -3,23 +3,18 @@
 use icoray_test_support::{Need, has_tool, runs_long};
 use icoray_tests::interface::Interface;
 use icoray_tests::layout::{LAYOUT, assert_layout_is_of_rust};
-use icoray_tests::native::{checked, command, library, linked, root, succeeded, text, valgrind};
+use icoray_tests::native::{ALLOCATES, checked, command, fortran, library, linked, root, succeeded, text, valgrind};
 use icoray_tests::pictures::{count_colors, groups};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
 
-/// Standard Fortran without a warning.
-const STRICT: &str =
-    "-std=f2018 -Wall -Wextra -Werror -Wimplicit-interface -Wimplicit-procedure -Wcharacter-truncation";
+/// Warnings besides those of all programs.
+const STRICT: [&str; 3] = ["-Wimplicit-interface", "-Wimplicit-procedure", "-Wcharacter-truncation"];
 
 /// The sources of the program in `tests/fortran`, each after those it uses.
 const PICTURES: [&str; 7] = ["check", "model", "layouts", "grids", "refusals", "scripts", "pictures"];
-
-fn module() -> PathBuf {
-    root().join("include/icoray.f90")
-}
 
 /// A directory for a test that needs the Fortran compiler. If there is none, skips the test.
 fn directory() -> Option<TempDir> {
@@ -30,38 +25,32 @@ fn directory() -> Option<TempDir> {
 fn compiles(code: &str, directory: &Path) -> (bool, String) {
     let source = directory.join("checked.f90");
     std::fs::write(&source, code).unwrap();
-    let mut compile = gfortran(directory, &["-fsyntax-only", "-Wno-unused"]);
-    let output = compile.arg(module()).arg(&source).output().unwrap();
+    let output = gfortran(directory, &["-fsyntax-only", "-Wno-unused"]).arg(&source).output().unwrap();
     (output.status.success(), text(&output.stderr))
 }
 
 fn gfortran(directory: &Path, options: &[&str]) -> Command {
-    let mut command = Command::new("gfortran");
-    command.args(STRICT.split(' ')).args(options).arg("-J").arg(directory).current_dir(directory);
-    command
+    fortran("gfortran", directory, &[&STRICT, options].concat())
 }
 
 /// Compiles the module and a program that uses it.
 fn compile(sources: &[PathBuf], options: &[&str], directory: &Path) -> PathBuf {
     let program = directory.join("program");
-    let mut command = gfortran(directory, options);
-    command.arg(module()).args(sources).args(linked(library())).arg("-o").arg(&program);
-    succeeded(&mut command);
+    succeeded(gfortran(directory, options).args(sources).args(linked(library())).arg("-o").arg(&program));
     program
 }
 
-/// The program of the pictures. gfortran 12 warns of every array that an assignment allocates.
+/// The program of the pictures.
 fn compile_pictures(options: &[&str], directory: &Path) -> PathBuf {
     let sources = PICTURES.map(|name| root().join("tests/fortran").join(name).with_extension("f90"));
-    let options = [options, &["-Wno-uninitialized", "-Wno-maybe-uninitialized"]].concat();
-    compile(&sources, &options, directory)
+    compile(&sources, &[options, &ALLOCATES].concat(), directory)
 }
 
 #[test]
 fn the_module_is_standard_fortran() {
     let Some(directory) = directory() else { return };
     for options in [["-O0", "-fcheck=all"], ["-O3", "-fopenmp"], ["-fdefault-integer-8", "-fdefault-real-8"]] {
-        succeeded(gfortran(directory.path(), &options).args(["-c", "-o", "icoray.o"]).arg(module()));
+        succeeded(gfortran(directory.path(), &options).args(["-c", "-o", "icoray.o"]));
     }
 }
 
@@ -126,7 +115,7 @@ fn own_cells_are_declared_in_one_way() {
 #[test]
 fn the_module_declares_the_items_of_the_header() {
     let header = std::fs::read_to_string(root().join("include/icoray.h")).unwrap();
-    let module = std::fs::read_to_string(module()).unwrap();
+    let module = std::fs::read_to_string(root().join("include/icoray.f90")).unwrap();
     let c = Interface::of_c(&header);
     let fortran = Interface::of_fortran(&module);
     assert!(c.functions.len() > 15 && c.structs.len() > 5 && c.constants.len() > 30, "{c:?}");

@@ -4,7 +4,7 @@
 //! resource (a small file system, another user) are skipped.
 
 use icoray_test_support::{Need, count, runs, skip};
-use icoray_tests::native::{checked, command, compile, compile_c, succeeded, text, with_small_disk};
+use icoray_tests::native::{checked, command, compile, compile_c, new_directory, succeeded, text, with_small_disk};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
@@ -88,8 +88,7 @@ fn only_log_stderr_prints() {
 #[test]
 fn a_full_disk_costs_the_pictures_that_it_has_no_room_for() {
     let program = Program::new("host_writer");
-    let disk = program.at().join("disk");
-    std::fs::create_dir(&disk).unwrap();
+    new_directory(program.at(), "disk");
     let mut inner = command(&program.path, program.at());
     let Some(mut run) = with_small_disk(inner.args(["disk", "full"]), "200k", "disk") else { return };
     checked(&mut run, program.name, 30);
@@ -127,8 +126,7 @@ fn sanitizers_find_nothing() {
     }
     let sanitized = |name: &'static str, arguments: &[&str]| {
         let program = compile("cc", &options, &[name, "host_common", "check"]);
-        let output_dir = directory.path().join(format!("{name} {}", arguments.concat()));
-        std::fs::create_dir(&output_dir).unwrap();
+        let output_dir = new_directory(directory.path(), &format!("{name} {}", arguments.concat()));
         let mut command = command(program, directory.path());
         command.arg(&output_dir).args(arguments).env("ASAN_OPTIONS", "detect_leaks=1:exitcode=99");
         // What drivers leave behind is theirs.

@@ -1,7 +1,7 @@
 //! The hooks for MPAS-Atmosphere and MPAS-Ocean, compiled against a double of the MPAS modules that they use.
 
 use icoray_test_support::{Need, has_tool};
-use icoray_tests::native::{command, linked, mpi_library, root, succeeded, text};
+use icoray_tests::native::{ALLOCATES, command, fortran, linked, mpi_library, new_directory, root, succeeded, text};
 use icoray_tests::pictures::{assert_distinct, assert_same, column, pictures};
 use icoray_tests::ranks::FIRST;
 use std::path::{Path, PathBuf};
@@ -28,12 +28,9 @@ impl Hook {
     /// Compiles the double, the hook and the run; MPAS has its sources, `.F`, preprocessed and read as free form.
     fn compile(&self, options: &[&str], directory: &Path) -> PathBuf {
         let program = directory.join(self.run);
-        let mut compile = command("mpifort", directory);
-        let options_of_all = "-std=f2018 -Wall -Wextra -Werror -O1 -fcheck=all,no-array-temps -cpp -ffree-form";
-        compile.args(options_of_all.split(' ')).args(self.options).args(options);
-        // gfortran 12 warns of arrays that an assignment allocates.
-        compile.args(["-Wno-uninitialized", "-Wno-maybe-uninitialized", "-J"]).arg(directory);
-        compile.arg(root().join("include/icoray.f90"));
+        let options_of_all = ["-O1", "-fcheck=all,no-array-temps", "-cpp", "-ffree-form"];
+        let options = [&options_of_all, self.options, options, &ALLOCATES].concat();
+        let mut compile = fortran("mpifort", directory, &options);
         let of_test = |name: &str| root().join("tests/fortran/mpas").join(name).with_extension("f90");
         compile.args(["mpas_double", "mpas_parts"].map(of_test));
         compile.arg(self.file(self.source).with_extension("F")).arg(of_test(self.run));
@@ -46,8 +43,7 @@ impl Hook {
         let scene = std::fs::read_to_string(self.file("icoray.toml")).unwrap();
         let scene = scene.replace("width = 640", "width = 120").replace("height = 480", "height = 90");
         let scene = scene.replace("place = \"below\"", "on = false");
-        let to = directory.join(name);
-        std::fs::create_dir(&to).unwrap();
+        let to = new_directory(directory, name);
         std::fs::write(to.join("icoray.toml"), format!("tolerance = 1e-3\nbackend = \"cpu\"\n{scene}")).unwrap();
         to
     }

@@ -1,7 +1,9 @@
 //! Several ranks under mpirun: C and Fortran programs against the library that was built with MPI.
 
 use icoray_test_support::{Need, has_tool};
-use icoray_tests::native::{checked, command, library, linked, mpi_library, root, succeeded, text, with_small_disk};
+use icoray_tests::native::{
+    checked, command, fortran, library, linked, mpi_library, new_directory, root, succeeded, text, with_small_disk,
+};
 use icoray_tests::pictures::{column, difference, files};
 use icoray_tests::ranks::{FIRST, MPICH, Mpi};
 use std::path::{Path, PathBuf};
@@ -232,7 +234,7 @@ fn wrong_parts(mpi: &Mpi, sizes: &[usize]) {
 
 fn full_disk() {
     let run = Run::new(&FIRST, "mpi_parts_refusals");
-    std::fs::create_dir(run.at("disk")).unwrap();
+    new_directory(run.directory.path(), "disk");
     let mut inner = FIRST.on_ranks(2, &run.program, run.directory.path());
     let Some(mut outer) = with_small_disk(inner.args(["disk", "full"]), "200k", "disk") else { return };
     checked(&mut outer, "mpi_parts_refusals", 25);
@@ -291,9 +293,8 @@ fn alone_among_ranks() {
 fn fortran_hands_its_communicators_over() {
     let Some(directory) = FIRST.directory().filter(|_| has_tool(Need::Fortran, "mpifort")) else { return };
     let program = directory.path().join("mpi_model");
-    let mut compile = command("mpifort", directory.path());
-    compile.args(["-std=f2018", "-Wall", "-Wextra", "-Werror", "-J"]).arg(directory.path());
-    compile.arg(root().join("include/icoray.f90")).arg(root().join("tests/fortran/mpi_model.f90"));
+    let mut compile = fortran("mpifort", directory.path(), &[]);
+    compile.arg(root().join("tests/fortran/mpi_model.f90"));
     succeeded(compile.args(linked(mpi_library())).arg("-o").arg(&program));
     for ranks in [1, 2, 3] {
         let to = directory.path().join(ranks.to_string());

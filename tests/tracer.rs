@@ -1,24 +1,19 @@
 //! The C model over ranks: each computes the whole model, and together they draw the pictures of one process.
 
-use icoray_tests::native::{command, library, linked, mpi_library, root, succeeded, text};
+use icoray_tests::native::{command, library, mpi_library, root, succeeded, text};
 use icoray_tests::pictures::files;
+use icoray_tests::programs::Program;
 use icoray_tests::ranks::FIRST;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Builds the model in `directory`, as the head of `tracer.c` says.
-fn build(with_mpi: bool, directory: &Path) -> PathBuf {
-    let (compiler, library, to) = if with_mpi { ("mpicc", mpi_library(), "ranks") } else { ("cc", library(), "one") };
-    let to = directory.join(to);
-    let mut build = Command::new(compiler);
-    build.args(["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic"]);
-    build.args(with_mpi.then_some("-DTRACER_MPI")).arg("-I").arg(root().join("include"));
+/// The model, compiled as the head of `tracer.c` says.
+fn compiled(compiler: &str, library: &Path, options: &[&str]) -> PathBuf {
     let sources = ["tracer", "mesh", "options", "ranks", "transport", "winds"];
-    build.args(sources.map(|source| root().join("examples/c").join(source).with_extension("c")));
-    build.args(linked(library));
-    succeeded(build.args(["-lm", "-o"]).arg(&to));
-    to
+    let sources = sources.map(|source| format!("../../examples/c/{source}"));
+    let options = &[&["-std=c99", "-O2", "-Wmissing-field-initializers"], options].concat();
+    Program { library, compiler, options, sources: &sources.each_ref().map(String::as_str) }.path()
 }
 
 const SIZE: [&str; 8] = ["--level", "3", "--layers", "6", "--days", "1", "--threads", "1"];
@@ -36,7 +31,8 @@ fn drawn(run: &mut Command, scene: &Path, to: &Path) -> BTreeMap<String, Vec<u8>
 fn the_model_draws_the_same_bytes_on_any_number_of_ranks() {
     let Some(directory) = FIRST.directory() else { return };
     let directory = directory.path();
-    let (one, ranks) = (build(false, directory), build(true, directory));
+    let one = compiled("cc", &library(), &[]);
+    let ranks = compiled("mpicc", &mpi_library(), &["-DTRACER_MPI"]);
     let scene = std::fs::read_to_string(root().join("examples/scenes/tracer.toml")).unwrap();
     let path = directory.join("scene.toml");
     std::fs::write(&path, scene.replace("640", "160")).unwrap();

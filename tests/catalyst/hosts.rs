@@ -1,31 +1,15 @@
 //! Hosts in C, each with the libcatalyst that it was built against.
 
-use icoray_tests::native::{C_OPTIONS, catalyst_library, command, linked, mpi_library, root, succeeded};
+use icoray_tests::native::{catalyst_library, command, compile_to, new_directory, root};
 use icoray_tests::pictures::{Pictures, assert_drew};
 use icoray_tests::ranks::FIRST;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Files in C of `tests/c/catalyst`.
-pub(super) fn sources<const N: usize>(names: [&str; N]) -> [PathBuf; N] {
-    names.map(|name| root().join("tests/c/catalyst").join(name))
-}
-
-pub(super) fn compiled(compiler: &str, to: &Path, options: &[&str], sources: &[PathBuf], libraries: &[&str]) {
-    let mut compile = command(compiler, to.parent().unwrap());
-    compile.args(C_OPTIONS).args(options).arg("-o").arg(to).args(sources).args(libraries);
-    succeeded(compile.args(["-lm", "-ldl"]));
-}
-
-/// A program that makes its mesh with icoray's library.
-pub(super) fn with_icoray(compiler: &str, to: &Path, options: &[&str], names: &[&str], libraries: &[&str]) {
-    let include = format!("-I{}", root().join("include").display());
-    let linked = linked(mpi_library()).map(|argument| argument.into_string().unwrap());
-    let options = [&[include.as_str()], options].concat();
-    let libraries = [libraries, &linked.each_ref().map(String::as_str)].concat();
-    let paths: Vec<_> = names.iter().flat_map(|name| sources([name])).collect();
-    compiled(compiler, to, &options, &paths, &libraries);
-}
+/// Files in C of the host, from `tests/c`; it makes its mesh with icoray's library.
+pub(super) const HOST: [&str; 2] = ["catalyst/host", "catalyst/ball"];
+/// Those of the program that gives whole arrays.
+pub(super) const DIRECT: [&str; 2] = ["catalyst/direct", "catalyst/ball"];
 
 /// A libcatalyst with the host that was built against it.
 pub(super) struct Host {
@@ -52,20 +36,21 @@ impl Host {
         let mut options = [&[include.as_str()], options].concat();
         options.extend(is_on_ranks.then_some("-DHOST_MPI"));
         let compiler = if is_on_ranks { "mpicc" } else { "cc" };
-        with_icoray(compiler, &program, &options, &["host.c", "ball.c"], &[&at, "-lcatalyst", &rpath]);
+        compile_to(&program, compiler, &options, &HOST, &[&at, "-lcatalyst", &rpath]);
         Host { program, implementation, library: library.to_owned(), is_on_ranks }
     }
 
     /// Against the double, whose functions of Conduit have other names if `kind` is not empty.
     pub(super) fn of_kind(directory: &Path, kind: &str, is_on_ranks: bool) -> Self {
-        let directory = temporary(directory, &format!("double {kind} {is_on_ranks}"));
+        let directory = new_directory(directory, &format!("double {kind} {is_on_ranks}"));
         let include = root().join("tests/c/catalyst/double");
         let flag = format!("-I{}", include.display());
         let kind = format!("-D{kind}");
         let options = if kind == "-D" { vec![] } else { vec![kind.as_str()] };
         let library = directory.join("libcatalyst.so");
-        let of_library = [&[flag.as_str(), "-fPIC", "-shared", "-Wno-pedantic"], &options[..]].concat();
-        compiled("cc", &library, &of_library, &sources(["double/double.c"]), &[]);
+        let of_library =
+            [&[flag.as_str(), "-fPIC", "-shared", "-Wno-pedantic", "-Wl,--as-needed"], &options[..]].concat();
+        compile_to(&library, "cc", &of_library, &["catalyst/double/double"], &[]);
         Self::new(&directory, &include, &library, &options, is_on_ranks)
     }
 
@@ -98,13 +83,6 @@ pub(super) fn ended_well(ranks: usize, host: &mut Command) -> String {
     log
 }
 
-/// A new directory of that name.
-pub(super) fn temporary(directory: &Path, name: &str) -> PathBuf {
-    let to = directory.join(name);
-    std::fs::create_dir(&to).unwrap();
-    to
-}
-
 /// A directory for a run, with the test's scene: in it are the views that `kind` names or else all, on native heights
 /// where there are "hills", and without opacities if it is "opaque".
 pub(super) fn prepared(directory: &Path, name: &str, kind: &str) -> PathBuf {
@@ -117,7 +95,7 @@ pub(super) fn prepared(directory: &Path, name: &str, kind: &str) -> PathBuf {
     let heights = if kind.starts_with("hills") { "heights = \"native\"\n" } else { "" };
     let scene = heights.to_owned() + &shown.join("[[views]]");
     let is_kept = |line: &&str| kind != "opaque" || !line.starts_with("transfer.opacity");
-    let to = temporary(directory, name);
+    let to = new_directory(directory, name);
     std::fs::write(to.join("scene.toml"), scene.lines().filter(is_kept).collect::<Vec<_>>().join("\n")).unwrap();
     to
 }

@@ -1,10 +1,10 @@
 //! The pictures of a file with ICON's output: those that the plugin draws while ICON runs.
 
-use super::{compiler, direct_with, sources};
+use super::direct_with;
 use icoray::output::rgba8;
 use icoray::{Ranks, Renderer, Script};
 use icoray_dataset::{Drawing, FieldInfo, LayerSelection, NativeHeightCache, SceneFields, Series};
-use icoray_tests::native::{command, root, succeeded, text};
+use icoray_tests::native::{command, compile_to, root, succeeded, text};
 use icoray_tests::pictures::{Pictures, assert_same};
 use icoray_tests::ranks::FIRST;
 use std::path::Path;
@@ -51,7 +51,7 @@ fn the_pictures_of_the_file_are_those_of_the_running_model() {
     let directory = directory.path();
     let (writer, path) = (directory.join("file"), directory.join("icon.nc"));
     let netcdf: Vec<&str> = netcdf.iter().map(String::as_str).collect();
-    compiler("cc", &writer, &[], &sources(["file.c", "icon.c"]), &netcdf);
+    compile_to(&writer, "cc", &[], &["comin/file", "comin/icon"], &netcdf);
     succeeded(command(&writer, directory).arg(&path).arg("3"));
     let scene = std::fs::read_to_string(root().join("tests/c/comin/scene.toml")).unwrap();
     let drawn = rendered(&path, Script::parse(&scene).unwrap());

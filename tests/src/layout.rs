@@ -47,14 +47,9 @@ fn rust_layout() -> String {
         writeln!(lines, "icoray_frame_report.{figure} {offset}").unwrap();
     }
     layout! { icoray_status:; }
-    use types::icoray_status as status;
+    let statuses = (0..).map_while(|number: i32| bytemuck::checked::try_cast::<_, types::icoray_status>(number).ok());
+    statuses.for_each(|status| writeln!(lines, "{status:?} {}", status as i32).unwrap());
     numbers! {
-        status::ICORAY_OK, status::ICORAY_ERR_NULL, status::ICORAY_ERR_STRUCT_SIZE,
-        status::ICORAY_ERR_ARGUMENT, status::ICORAY_ERR_GRID, status::ICORAY_ERR_UNSUPPORTED,
-        status::ICORAY_ERR_LAYERS, status::ICORAY_ERR_FIELD, status::ICORAY_ERR_SCENE,
-        status::ICORAY_ERR_ORDER, status::ICORAY_ERR_IO, status::ICORAY_ERR_INTERNAL,
-        status::ICORAY_ERR_EXISTS, status::ICORAY_ERR_DISABLED, status::ICORAY_ERR_BUSY,
-        status::ICORAY_ERR_FORKED, status::ICORAY_ERR_MPI, status::ICORAY_ERR_MEMORY,
         types::ICORAY_F32, types::ICORAY_F64, types::ICORAY_I32, types::ICORAY_I64, types::ICORAY_CENTER,
         types::ICORAY_CORNER, types::ICORAY_ALONE, types::ICORAY_TILES, types::ICORAY_FRAGMENTS,
         types::ICORAY_CPU, types::ICORAY_GPU, types::ICORAY_GPU_AND_CPU,

@@ -6,10 +6,10 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// Options with which programs in C are compiled: the standard, and warnings that are errors. Struct initialisers name or
-/// begin with a few members; the others are zero.
-pub const C_OPTIONS: [&str; 7] =
-    ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-missing-field-initializers", "-O1"];
+/// Options with which all programs in C are compiled: warnings are errors. Struct initialisers name or begin with a few
+/// members; the others are zero.
+pub(crate) const C_OPTIONS: [&str; 6] =
+    ["-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-missing-field-initializers", "-O1"];
 
 /// The repository's root.
 pub fn root() -> PathBuf {
@@ -84,6 +84,31 @@ pub fn compile(compiler: &str, options: &[&str], sources: &[&str]) -> PathBuf {
 /// [`compile`] in C99.
 pub fn compile_c(sources: &[&str]) -> PathBuf {
     compile("cc", &["-std=c99"], sources)
+}
+
+/// Compiles a program or shared library in C99, as [`compile`] does, to `to`; it links icoray with MPI behind `libraries`.
+pub fn compile_to(to: &Path, compiler: &str, options: &[&str], sources: &[&str], libraries: &[&str]) {
+    let options = &[&["-std=c99"], options].concat();
+    Program { library: &mpi_library(), compiler, options, sources }.compile_to(to, libraries);
+}
+
+/// A command in `directory` that compiles icoray's module and further sources in standard Fortran without a warning; the
+/// sources and the output are to be added.
+pub fn fortran(compiler: &str, directory: &Path, options: &[&str]) -> Command {
+    let mut command = command(compiler, directory);
+    command.args(["-std=f2018", "-Wall", "-Wextra", "-Werror", "-J"]).arg(directory).args(options);
+    command.arg(root().join("include/icoray.f90"));
+    command
+}
+
+/// Options for programs in which an assignment allocates arrays: of every one gfortran 12 warns.
+pub const ALLOCATES: [&str; 2] = ["-Wno-uninitialized", "-Wno-maybe-uninitialized"];
+
+/// A new directory in another one.
+pub fn new_directory(within: &Path, name: &str) -> PathBuf {
+    let to = within.join(name);
+    std::fs::create_dir(&to).unwrap();
+    to
 }
 
 /// Arguments with which a compiler links a shared library, and programs find it where it is.

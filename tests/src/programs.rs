@@ -14,9 +14,9 @@ pub struct Program<'a> {
     pub library: &'a Path,
     /// The compiler's name.
     pub compiler: &'a str,
-    /// The standard, and options besides those of all.
+    /// The standard, and options behind those of all.
     pub options: &'a [&'a str],
-    /// Files of `tests/c`, or absolute paths, without `.c`.
+    /// Paths from `tests/c`, or absolute ones, without `.c`.
     pub sources: &'a [&'a str],
 }
 
@@ -26,7 +26,7 @@ static COMPILED: Mutex<BTreeMap<PathBuf, Arc<OnceLock<()>>>> = Mutex::new(BTreeM
 impl Program<'_> {
     /// The path of the program, compiled if need be.
     pub fn path(&self) -> PathBuf {
-        let mut command = self.command();
+        let mut command = self.command(&[]);
         let mut hasher = DefaultHasher::new();
         format!("{command:?}").hash(&mut hasher);
         let directory = target().join("tmp/programs").join(format!("{:016x}", hasher.finish()));
@@ -44,14 +44,19 @@ impl Program<'_> {
         program
     }
 
+    /// Compiles the program, or a shared library, to `to`; it links icoray behind `libraries`.
+    pub fn compile_to(&self, to: &Path, libraries: &[&str]) {
+        succeeded(self.command(libraries).arg("-o").arg(to));
+    }
+
     /// The compiler's command but for its output.
-    fn command(&self) -> Command {
+    fn command(&self, libraries: &[&str]) -> Command {
         let mut command = Command::new(self.compiler);
-        command.args(self.options).args(&C_OPTIONS[1..]);
+        command.env_remove("LD_LIBRARY_PATH").args(C_OPTIONS).args(self.options);
         let sources = self.sources.iter().map(|source| root().join("tests/c").join(source).with_extension("c"));
         command.arg("-I").arg(root().join("include")).args(sources);
         // After the sources, so that -x does not make it a source too.
-        command.args(["-x", "none"]).args(linked(self.library)).args(["-lm", "-lpthread", "-ldl"]);
+        command.args(["-x", "none"]).args(libraries).args(linked(self.library)).args(["-lm", "-lpthread", "-ldl"]);
         command
     }
 }

@@ -8,7 +8,7 @@ mod tally;
 
 use crate::error::Error;
 use crate::step::{Step, Steps, print_error, print_line};
-use crate::workspace::{Workspace, is_required};
+use crate::workspace::{Workspace, may_lack};
 use crate::{book, link, requirements, system};
 use std::panic;
 use std::process::ExitCode;
@@ -193,14 +193,12 @@ fn the_book(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), E
 
 /// Whether the machine has a program. If not, counts a skipped test; fails if `ICORAY_REQUIRE` names it.
 pub fn has_program(name: &str, record: &mut Record) -> Result<bool, Error> {
-    let is_there = system::output(name, ["--version"]).is_some();
-    if !is_there && is_required(name) {
-        return Err(Error(format!("ICORAY_REQUIRE names {name}, and the machine lacks it")));
+    if system::output(name, ["--version"]).is_some() {
+        return Ok(true);
     }
-    if !is_there {
-        record.tally.add_skipped(&format!("no {name}"), 1);
-    }
-    Ok(is_there)
+    may_lack(name)?;
+    record.tally.add_skipped(&format!("no {name}"), 1);
+    Ok(false)
 }
 
 #[cfg(test)]

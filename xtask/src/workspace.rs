@@ -94,9 +94,13 @@ pub fn variable(name: &str) -> Option<OsString> {
     env::var_os(name).filter(|value| !value.is_empty())
 }
 
-/// Whether `ICORAY_REQUIRE` names a thing, or all: its absence is then an error.
-pub fn is_required(name: &str) -> bool {
-    env::var("ICORAY_REQUIRE").unwrap_or_default().split(',').any(|word| word == name || word == "all")
+/// Fails if `ICORAY_REQUIRE` names a thing that the machine lacks, or all.
+pub fn may_lack(name: &str) -> Result<(), Error> {
+    let required = env::var("ICORAY_REQUIRE").unwrap_or_default();
+    if required.split(',').any(|word| word == name || word == "all") {
+        return Err(Error(format!("ICORAY_REQUIRE names {name}, and the machine lacks it")));
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -3,14 +3,14 @@
 //! those of icoray_last_error.
 #![expect(clippy::missing_errors_doc, reason = "they fail as the exported functions do")]
 
-use crate::borrow::{ArrayInput, Versioned, argument};
+use crate::borrow::{ArrayInput, argument};
 use crate::boundary::Failure;
 use crate::context::{Context, SceneSource};
 use crate::frames::{stamp, wanted};
 use crate::handle::CallKind::{AfterFrames, Answer, Collective, Local};
 use crate::handle::icoray_ctx;
 use crate::types::{icoray_array, icoray_frame_report, icoray_ndarray};
-use icoray_core::{Description, Grid};
+use icoray_core::Grid;
 use std::sync::Arc;
 
 pub use crate::context::PartInput;
@@ -37,9 +37,7 @@ impl icoray_ctx {
     /// # Safety
     /// As there.
     pub unsafe fn set_field(&self, name: &str, array: &icoray_array) -> Result<(), Failure> {
-        self.call(Local, |context| {
-            context.set_field(name, ArrayInput::new(array, icoray_array::NAME, context.is_shared()))
-        })
+        self.call(Local, |context| context.set_field(name, ArrayInput::new(array, context.is_shared())))
     }
 
     /// As icoray_field_set_ndarray.
@@ -59,7 +57,7 @@ impl icoray_ctx {
     /// As there.
     pub unsafe fn set_heights(&self, heights: Option<&icoray_array>) -> Result<(), Failure> {
         self.call(Local, |context| {
-            let input = |array| ArrayInput::new(array, icoray_array::NAME, context.is_shared());
+            let input = |array| ArrayInput::new(array, context.is_shared());
             context.set_heights(heights.map(input).transpose())
         })
     }
@@ -82,8 +80,8 @@ impl icoray_ctx {
     }
 
     /// As icoray_field_describe.
-    pub fn describe_field(&self, name: &str, description: Description) -> Result<(), Failure> {
-        self.call(Local, |context| context.describe_field(name, description))
+    pub fn describe_field(&self, name: &str, long_name: &str, units: &str) -> Result<(), Failure> {
+        self.call(Local, |context| context.describe_field(name, long_name, units))
     }
 
     /// As icoray_scene_load. Collective.

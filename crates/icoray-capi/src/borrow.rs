@@ -10,7 +10,6 @@ use icoray_core::{
     Shape,
 };
 use std::ffi::{CStr, c_char, c_void};
-use std::ptr;
 
 pub(crate) fn argument(message: String) -> Failure {
     Failure::new(icoray_status::ICORAY_ERR_ARGUMENT, message)
@@ -294,8 +293,8 @@ pub(crate) fn location(value: i32, of: &str) -> Outcome<Location> {
     }
 }
 
-/// Converts an array with named dimensions to one with the `expected` columns and `layers` layers.
-pub(crate) fn flat(array: &icoray_ndarray, expected: &ColumnCount, layers: usize) -> Outcome<icoray_array> {
+/// The shape of an array with dimensions that has the `expected` columns and `layers` layers.
+pub(crate) fn shape_of(array: &icoray_ndarray, expected: &ColumnCount, layers: usize) -> Outcome<Shape> {
     let rank = usize::try_from(array.rank)
         .ok()
         .filter(|r| (1..=ICORAY_MAX_RANK).contains(r))
@@ -306,28 +305,14 @@ pub(crate) fn flat(array: &icoray_ndarray, expected: &ColumnCount, layers: usize
             stride: stride(array.stride[d], &format!("icoray_ndarray.stride[{d}]"))?,
         })
     });
-    let shape = Shape::of_dimensions(&dimensions.collect::<Outcome<Vec<_>>>()?, expected, layers)?;
-    Ok(icoray_array {
-        struct_size: size_of::<icoray_array>(),
-        data: array.data,
-        r#type: array.r#type,
-        location: array.location,
-        columns: shape.columns as i64,
-        layers: shape.layers as i64,
-        column_stride: shape.column_stride as i64,
-        layer_stride: shape.layer_stride as i64,
-        block: shape.block as i64,
-        block_stride: shape.block_stride as i64,
-        has_fill: array.has_fill,
-        fill_value: array.fill_value,
-        grid_name: array.grid_name,
-        layers_name: array.layers_name,
-    })
+    Ok(Shape::of_dimensions(&dimensions.collect::<Outcome<Vec<_>>>()?, expected, layers)?)
 }
 
 /// An array that the model has set, with the names of its grid and layers.
 pub(crate) struct ArrayInput {
+    /// Its columns, layers and strides are in `shape`, and its names, which need not outlive the call, below.
     array: icoray_array,
+    shape: Shape,
     /// The name of the C struct in messages.
     of: &'static str,
     pub grid: String,
@@ -338,15 +323,34 @@ pub(crate) struct ArrayInput {
 unsafe impl Send for ArrayInput {}
 
 impl ArrayInput {
-    /// Checks everything but the values; `of` is the C struct's name in messages.
-    pub fn new(array: &icoray_array, of: &'static str, is_shared: bool) -> Outcome<Self> {
-        // The caller's strings need not outlive the call.
-        let copy = icoray_array { grid_name: ptr::null(), layers_name: ptr::null(), ..*array };
-        let mut input = ArrayInput { array: copy, of, grid: String::new(), layers: String::new() };
-        let columns = input.field(None)?.shape().columns;
+    /// Checks everything but the values.
+    pub fn new(array: &icoray_array, is_shared: bool) -> Outcome<Self> {
+        let shape = Shape {
+            columns: count(array.columns, "icoray_array.columns")?,
+            layers: count(array.layers, "icoray_array.layers")?,
+            offset: 0,
+            column_stride: stride(array.column_stride, "icoray_array.column_stride")?,
+            layer_stride: stride(array.layer_stride, "icoray_array.layer_stride")?,
+            block: count(array.block, "icoray_array.block")?,
+            block_stride: stride(array.block_stride, "icoray_array.block_stride")?,
+        };
+        Self::of_shape(*array, shape, icoray_array::NAME, is_shared)
+    }
+
+    /// [`Self::new`] of an array with dimensions, which has this shape.
+    pub fn of_dimensions(array: &icoray_ndarray, shape: Shape, is_shared: bool) -> Outcome<Self> {
+        let icoray_ndarray { data, r#type, location, has_fill, fill_value, grid_name, layers_name, .. } = *array;
+        let none = icoray_array::default();
+        let array = icoray_array { data, r#type, location, has_fill, fill_value, grid_name, layers_name, ..none };
+        Self::of_shape(array, shape, icoray_ndarray::NAME, is_shared)
+    }
+
+    fn of_shape(array: icoray_array, shape: Shape, of: &'static str, is_shared: bool) -> Outcome<Self> {
+        let mut input = ArrayInput { array, shape, of, grid: String::new(), layers: String::new() };
+        input.field(None)?;
         // SAFETY: the caller of icoray_field_set or icoray_heights_set promises two strings.
         [input.grid, input.layers] = unsafe { names(array.grid_name, array.layers_name)? }.map(str::to_owned);
-        if columns == 0 && !is_shared {
+        if shape.columns == 0 && !is_shared {
             return Err(Failure::new(icoray_status::ICORAY_ERR_FIELD, "0 columns, expected at least 1"));
         }
         Ok(input)
@@ -354,23 +358,14 @@ impl ArrayInput {
 
     /// Whether the array has one value per column.
     pub fn is_2d(&self) -> bool {
-        self.array.layers == 1
+        self.shape.layers == 1
     }
 
     /// Borrows the array as a field until the call on the context returns. The values of a 2D field, which has one layer,
     /// are repeated on each of `layers`.
     pub fn field<'a>(&self, layers: Option<&Layers>) -> Outcome<Field<'a>> {
-        let ArrayInput { array, of, .. } = self;
+        let ArrayInput { array, mut shape, of, .. } = *self;
         let member = |name: &str| format!("{of}.{name}");
-        let mut shape = Shape {
-            columns: count(array.columns, &member("columns"))?,
-            layers: count(array.layers, &member("layers"))?,
-            offset: 0,
-            column_stride: stride(array.column_stride, &member("column_stride"))?,
-            layer_stride: stride(array.layer_stride, &member("layer_stride"))?,
-            block: count(array.block, &member("block"))?,
-            block_stride: stride(array.block_stride, &member("block_stride"))?,
-        };
         // Columns of stride 0 are an error: all would have one value. Layers may have stride 0: a 2D field shown as a
         // shell.
         let blocks = if shape.block == 0 { 1 } else { shape.columns.div_ceil(shape.block) };

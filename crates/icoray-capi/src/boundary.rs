@@ -10,35 +10,9 @@ use std::fmt::Display;
 use std::sync::Once;
 
 impl icoray_status {
-    /// All of them.
-    const ALL: [icoray_status; 18] = {
-        use icoray_status::*;
-        [
-            ICORAY_OK,
-            ICORAY_ERR_NULL,
-            ICORAY_ERR_STRUCT_SIZE,
-            ICORAY_ERR_ARGUMENT,
-            ICORAY_ERR_GRID,
-            ICORAY_ERR_UNSUPPORTED,
-            ICORAY_ERR_LAYERS,
-            ICORAY_ERR_FIELD,
-            ICORAY_ERR_SCENE,
-            ICORAY_ERR_ORDER,
-            ICORAY_ERR_IO,
-            ICORAY_ERR_INTERNAL,
-            ICORAY_ERR_EXISTS,
-            ICORAY_ERR_DISABLED,
-            ICORAY_ERR_BUSY,
-            ICORAY_ERR_FORKED,
-            ICORAY_ERR_MPI,
-            ICORAY_ERR_MEMORY,
-        ]
-    };
-
     /// The status of a number that another rank sent.
     pub fn of_number(number: i32) -> Self {
-        let found = Self::ALL.into_iter().find(|status| *status as i32 == number);
-        found.unwrap_or(icoray_status::ICORAY_ERR_INTERNAL)
+        bytemuck::checked::try_cast(number).unwrap_or(icoray_status::ICORAY_ERR_INTERNAL)
     }
 }
 
@@ -66,10 +40,14 @@ impl Failure {
         self.within(format_args!("step {step}"))
     }
 
-    /// Prefixes the message with the step and, if it has a name, the view.
+    /// Prefixes the message with the view, if it has a name.
+    pub(crate) fn of_view(self, view: &str) -> Self {
+        if view.is_empty() { self } else { self.within(format_args!("view {view:?}")) }
+    }
+
+    /// Prefixes the message with the step and the view.
     pub(crate) fn of_picture(self, view: &str, step: i64) -> Self {
-        let failure = if view.is_empty() { self } else { self.within(format_args!("view {view:?}")) };
-        failure.at_step(step)
+        self.of_view(view).at_step(step)
     }
 
     /// A pointer that must not be NULL.
@@ -163,9 +141,7 @@ pub(crate) mod tests {
 
     /// A config with one thread, and defaults else.
     pub(crate) fn config() -> icoray_config {
-        // SAFETY: all zero is a good config: numbers, NULL pointers and no callback.
-        let config: icoray_config = unsafe { std::mem::zeroed() };
-        icoray_config { struct_size: size_of::<icoray_config>(), threads: 1, ..config }
+        icoray_config { struct_size: size_of::<icoray_config>(), threads: 1, ..Default::default() }
     }
 
     /// The last failure on a context, or of this thread.

@@ -1,6 +1,6 @@
 //! The context behind a handle: inputs, scene, frames in progress, ranks.
 
-use crate::borrow::{ArrayInput, Versioned, argument};
+use crate::borrow::{ArrayInput, argument};
 use crate::boundary::{Failure, Outcome};
 use crate::drawing::Drawing;
 use crate::types::{icoray_config, icoray_ndarray, icoray_status};
@@ -170,15 +170,13 @@ impl Context {
 
     /// As [`ArrayInput::new`], for the dimensions of an array that the C function `call` sets.
     pub fn ndarray_input(&self, call: &str, array: &icoray_ndarray) -> Outcome<ArrayInput> {
-        ArrayInput::new(&self.inputs.flat(call, array)?, icoray_ndarray::NAME, self.is_shared())
+        ArrayInput::of_dimensions(array, self.inputs.shape_of(call, array)?, self.is_shared())
     }
 
     pub fn set_field(&mut self, field: &str, array: Outcome<ArrayInput>) -> Outcome<()> {
         let kept = self.inputs.refusals.keep(Input::Field, field, array);
         let given = kept.map_err(|f| f.within(format_args!("field {field:?}")))?;
-        if field.is_empty() {
-            return Err(argument("name: \"\", expected the name that scenes use".into()));
-        }
+        refuse_no_name(field)?;
         self.inputs.first.get_or_insert_with(|| field.into());
         self.inputs.fields.insert(field.into(), given);
         self.levels.given(field);
@@ -206,11 +204,11 @@ impl Context {
         })
     }
 
-    /// Sets long name and units of a field, which may be set later.
-    pub fn describe_field(&mut self, field: &str, description: Description) -> Outcome<()> {
-        if field.is_empty() {
-            return Err(argument("name: \"\", expected the name that scenes use".into()));
-        }
+    /// Sets long name and units of a field, which may be set later; blank ones are none.
+    pub fn describe_field(&mut self, field: &str, long_name: &str, units: &str) -> Outcome<()> {
+        refuse_no_name(field)?;
+        let text = |text: &str| Some(text.trim().to_owned()).filter(|text| !text.is_empty());
+        let description = Description { long_name: text(long_name), units: text(units) };
         self.inputs.descriptions.insert(field.into(), description);
         Ok(())
     }
@@ -253,6 +251,13 @@ impl Context {
         let outcome = self.drawing.finish();
         if self.poison.is_some() { Ok(()) } else { outcome }
     }
+}
+
+fn refuse_no_name(field: &str) -> Outcome<()> {
+    if field.is_empty() {
+        return Err(argument("name: \"\", expected the name that scenes use".into()));
+    }
+    Ok(())
 }
 
 /// Whether a view renders a field or has a condition on it. A view without a field name reads the `first` field that

@@ -185,11 +185,7 @@ impl Drawing {
         let stamp = Stamp { date: Some("0001-01-01_00:00:00".into()), ..Stamp::default() };
         for shot in script.views().iter().filter_map(|view| view.shots(&stamp).next()) {
             let checked = self.writer.check_folders(&shot.scene.output, &stamp, shot.scene.field());
-            let named = |failure: Failure| match shot.name.as_str() {
-                "" => failure,
-                name => failure.within(format_args!("view {name:?}")),
-            };
-            checked.map_err(|error| named(error.into()))?;
+            checked.map_err(|error| Failure::from(error).of_view(&shot.name))?;
         }
         Ok(())
     }

@@ -1,12 +1,11 @@
 //! Exported: grid, layers, fields, heights and scene.
 
-use crate::borrow::{self, ArrayInput, Versioned, argument, name, sized, text};
-use crate::boundary::{Failure, Outcome};
+use crate::borrow::{self, ArrayInput, argument, name, sized, text};
+use crate::boundary::Failure;
 use crate::context::{PartInput, SceneSource};
 use crate::handle::CallKind::{AfterFrames, Collective, Local};
 use crate::handle::{icoray_ctx, with};
 use crate::types::{icoray_array, icoray_grid, icoray_layers, icoray_ndarray, icoray_part, icoray_status};
-use icoray_core::Description;
 use std::ffi::{c_char, c_void};
 use std::ptr;
 
@@ -139,7 +138,7 @@ pub unsafe extern "C" fn icoray_field_set(
     unsafe {
         with(ctx, Local, |context| {
             let name = text(name, "name")?;
-            let array = sized(array).and_then(|array| ArrayInput::new(array, icoray_array::NAME, context.is_shared()));
+            let array = sized(array).and_then(|array| ArrayInput::new(array, context.is_shared()));
             context.set_field(name, array)
         })
     }
@@ -187,7 +186,7 @@ pub unsafe extern "C" fn icoray_heights_set(ctx: *mut icoray_ctx, heights: *cons
     // SAFETY: passed on.
     unsafe {
         with(ctx, Local, |context| {
-            let input = |array| ArrayInput::new(array, icoray_array::NAME, context.is_shared());
+            let input = |array| ArrayInput::new(array, context.is_shared());
             let array = (!heights.is_null()).then(|| sized(heights).and_then(input));
             context.set_heights(array.transpose())
         })
@@ -261,15 +260,8 @@ pub unsafe extern "C" fn icoray_field_describe(
     // SAFETY: passed on.
     unsafe {
         with(ctx, Local, |context| {
-            let optional_text = |from: *const c_char, what| -> Outcome<Option<String>> {
-                let optional_text = if from.is_null() { "" } else { text(from, what)?.trim() };
-                Ok((!optional_text.is_empty()).then(|| optional_text.to_owned()))
-            };
-            let description = Description {
-                long_name: optional_text(long_name, "long_name")?,
-                units: optional_text(units, "units")?,
-            };
-            context.describe_field(text(name, "name")?, description)
+            let (long_name, units) = (borrow::name(long_name, "long_name")?, borrow::name(units, "units")?);
+            context.describe_field(text(name, "name")?, long_name, units)
         })
     }
 }

@@ -56,7 +56,6 @@ pub unsafe extern "C" fn icoray_mesh_grid(mesh: *const icoray_mesh, grid: *mut i
             cells: mesh.cells() as i64,
             corners: mesh.lon_corner_rad.len() as i64,
             edges: (mesh.edge_corner.len() / 2) as i64,
-            index_base: 0,
             real_type: ICORAY_F64,
             index_type: ICORAY_I32,
             lon_center_rad: mesh.lon_center_rad.as_ptr().cast(),
@@ -65,11 +64,10 @@ pub unsafe extern "C" fn icoray_mesh_grid(mesh: *const icoray_mesh, grid: *mut i
             lat_corner_rad: mesh.lat_corner_rad.as_ptr().cast(),
             cell_corner: mesh.cell_corner.as_ptr().cast(),
             cell_corner_row: 6,
-            cell_corner_count: ptr::null(),
             corner_cell: mesh.corner_cell.as_ptr().cast(),
             corner_edge: mesh.corner_edge.as_ptr().cast(),
             edge_corner: mesh.edge_corner.as_ptr().cast(),
-            name: ptr::null(),
+            ..Default::default()
         };
         // SAFETY: the size is right, so the caller promises the whole struct.
         unsafe { grid.write(filled) };

@@ -1,6 +1,6 @@
 //! Exported: opening and closing of contexts, and the last error.
 
-use crate::borrow::{sized, text};
+use crate::borrow::{name, sized};
 use crate::boundary::{Failure, Outcome, caught, guarded, last_message, refused_by, status};
 use crate::context::Context;
 use crate::handle::{CallKind, icoray_ctx};
@@ -162,12 +162,8 @@ unsafe fn cleared(ctx: *mut *mut icoray_ctx) -> Outcome<()> {
 unsafe fn configured(config: *const icoray_config, ranks: &Ranks, threads: usize) -> Outcome<Context> {
     // SAFETY: passed on.
     let config = unsafe { sized(config)? };
-    let output_dir = if config.output_dir.is_null() {
-        ""
-    } else {
-        // SAFETY: passed on.
-        unsafe { text(config.output_dir, "icoray_config.output_dir")? }
-    };
+    // SAFETY: passed on.
+    let output_dir = unsafe { name(config.output_dir, "icoray_config.output_dir")? };
     Context::new(config, output_dir, ranks, threads)
 }
 

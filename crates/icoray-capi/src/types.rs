@@ -1,6 +1,7 @@
 //! The structs and numbers that cross the boundary.
 #![expect(non_camel_case_types, reason = "the names are C's")]
 
+use bytemuck::CheckedBitPattern;
 /// Declared with the list of a frame's figures.
 pub use icoray_core::output::figures::CFrameReport as icoray_frame_report;
 use serde::{Deserialize, Serialize};
@@ -8,7 +9,7 @@ use std::ffi::{c_char, c_void};
 
 /// Status of a call. Numbers never change; new ones are added at the end.
 #[repr(i32)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, CheckedBitPattern)]
 pub enum icoray_status {
     /// Success.
     ICORAY_OK = 0,
@@ -108,7 +109,7 @@ pub type icoray_log_fn = Option<unsafe extern "C" fn(user: *mut c_void, level: i
 
 /// Settings of a context. All members may be 0 or NULL except struct_size.
 #[repr(C)]
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct icoray_config {
     /// sizeof(icoray_config)
     pub struct_size: usize,
@@ -152,7 +153,7 @@ pub struct icoray_config {
 /// interpolated. The mesh may have holes or cover a part of the sphere: a missing cell in corner_cell, edge in
 /// corner_edge or corner in edge_corner and cell_corner is index_base - 1, -1, or one past the last number.
 #[repr(C)]
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct icoray_grid {
     /// sizeof(icoray_grid)
     pub struct_size: usize,
@@ -274,7 +275,7 @@ pub struct icoray_layers {
 /// Padded rows have a longer column_stride. An array with more columns than the grid (MPAS's nCells + 1) is read up
 /// to `columns`. All elements between the lowest and the highest belong to one allocation.
 #[repr(C)]
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct icoray_array {
     /// sizeof(icoray_array)
     pub struct_size: usize,

@@ -7,7 +7,6 @@ use icoray_context::log::icoray_log_stderr;
 use icoray_context::types::{ICORAY_DISABLE, ICORAY_LOG_WARN, ICORAY_OVERWRITE, icoray_config};
 use std::ffi::CStr;
 use std::ops::Deref;
-use std::ptr;
 
 /// Directory of the pictures, in the host's working directory.
 const OUTPUT_DIR: &CStr = c"pictures";
@@ -21,16 +20,11 @@ impl Context {
         let config = icoray_config {
             struct_size: size_of::<icoray_config>(),
             output_dir: OUTPUT_DIR.as_ptr(),
-            threads: 0,
             existing: ICORAY_OVERWRITE,
             on_error: ICORAY_DISABLE,
-            disable_after: 0,
-            async_render: 0,
-            writer_queue: 0,
-            when_full: 0,
             log_level: ICORAY_LOG_WARN,
             log: Some(icoray_log_stderr),
-            log_user: ptr::null_mut(),
+            ..Default::default()
         };
         // SAFETY: a string that lives for ever, and a callback without a log_user.
         let opened = unsafe { icoray_ctx::open(&config, team) };

@@ -271,10 +271,9 @@ impl HostColumns {
             layer_stride: shape.layer_stride as i64,
             block: shape.block as i64,
             block_stride: shape.block_stride as i64,
-            has_fill: 0,
-            fill_value: 0.0,
             grid_name: self.grid.as_ptr(),
             layers_name: self.grid.as_ptr(),
+            ..Default::default()
         }
     }
 }

@@ -230,21 +230,18 @@ fn centroid(face: &[i32], directions: &[[f64; 3]]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icoray::IcosahedralMesh;
+    use icoray::{Grid, IcosahedralMesh};
 
     /// The triangles of an icosahedral mesh, over three ranks in turn.
     fn pieces(mesh: &IcosahedralMesh, ranks: usize, noise: f64) -> Vec<Piece> {
-        let tables = mesh.tables();
-        let (lon, lat) = (tables.center.lon_rad, tables.center.lat_rad);
-        let node =
-            |i: usize| [lat.get(i).cos() * lon.get(i).cos(), lat.get(i).cos() * lon.get(i).sin(), lat.get(i).sin()];
+        let grid = Grid::new(mesh.tables()).unwrap();
         (0..ranks)
             .map(|rank| {
                 let (mut local, mut piece) = (HashMap::new(), Piece { levels: 2, layers: 1, ..Piece::default() });
                 for (_, triangle) in mesh.corner_cell.chunks_exact(3).enumerate().filter(|(i, _)| i % ranks == rank) {
                     let polygon = triangle.iter().map(|cell| {
                         *local.entry(*cell).or_insert_with(|| {
-                            piece.directions.push(node(*cell as usize).map(|x| x + noise * rank as f64));
+                            piece.directions.push(grid.directions()[*cell as usize].map(|x| x + noise * rank as f64));
                             piece.directions.len() as u32 - 1
                         })
                     });

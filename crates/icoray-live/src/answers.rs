@@ -81,15 +81,6 @@ impl Probe {
     /// The answer as JSON; missing values are null, as JSON has no NaN.
     pub(crate) fn answer(&self) -> Value {
         let Probe { found, units, error, step } = self;
-        let along = found.along.iter().map(|point| {
-            json!({
-                "distance": point.distance,
-                "height_m": point.height_m,
-                "value": point.value,
-                "length": point.length,
-                "weight": point.weight,
-            })
-        });
         let contributions = found.contributions.iter().map(|one| {
             json!({
                 "part": one.part.to_string(),
@@ -114,7 +105,7 @@ impl Probe {
             "alpha": found.alpha,
             "part": found.part.map(|part| part.to_string()),
             "contributions": contributions.collect::<Vec<_>>(),
-            "along": along.collect::<Vec<_>>(),
+            "along": found.along,
             "column": { "height_m": of_column(0), "values": of_column(1) },
         })
     }

@@ -97,12 +97,11 @@ pub(crate) fn differences(before: &str, after: &str) -> Vec<String> {
 fn differing(name: &str, before: &Json, after: &Json, all: &mut Vec<String>) {
     match (before, after) {
         (before, after) if before == after => (),
-        (Json::Object(before), Json::Object(after)) => {
-            let gone = before.keys().filter(|key| !after.contains_key(*key));
-            for key in gone.chain(after.keys()) {
+        (Json::Object(keys), Json::Object(left)) => {
+            let gone = keys.keys().filter(|key| !left.contains_key(*key));
+            for key in gone.chain(left.keys()) {
                 let name = if name.is_empty() { key.clone() } else { format!("{name}.{key}") };
-                let of = |values: &serde_json::Map<String, Json>| values.get(key).cloned().unwrap_or_default();
-                differing(&name, &of(before), &of(after), all);
+                differing(&name, &before[key], &after[key], all);
             }
         }
         _ => all.push(name.to_owned()),

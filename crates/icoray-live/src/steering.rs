@@ -113,7 +113,6 @@ fn not_steered(path: &str, own: &Json, given: &Json) -> Option<String> {
     if own == given || is_steered(path) {
         return None;
     }
-    let none = Json::Null;
     match [own, given].map(|value| (value.as_object(), value.as_array())) {
         // If only one of the texts has a table, or entries of a list of tables, they differ in each of their keys.
         [(own_keys, None), (keys, None)]
@@ -128,18 +127,11 @@ fn not_steered(path: &str, own: &Json, given: &Json) -> Option<String> {
                 "" | "views" => name.to_owned(),
                 path => format!("{path}.{name}"),
             };
-            names.into_iter().find_map(|name| {
-                let of =
-                    |keys: Option<&'_ serde_json::Map<String, Json>>| keys.and_then(|keys| keys.get(name)).cloned();
-                not_steered(&within(name), &of(own_keys).unwrap_or_default(), &of(keys).unwrap_or_default())
-            })
+            names.into_iter().find_map(|name| not_steered(&within(name), &own[name], &given[name]))
         }
         [(None, own_list), (None, list)] if path == "views" || is_section(path) => {
             let count = own_list.map_or(0, Vec::len).max(list.map_or(0, Vec::len));
-            (0..count).find_map(|i| {
-                let of = |list: Option<&'_ Vec<Json>>| list.and_then(|list| list.get(i)).unwrap_or(&none).clone();
-                not_steered(path, &of(own_list), &of(list))
-            })
+            (0..count).find_map(|i| not_steered(path, &own[i], &given[i]))
         }
         _ => Some(path.to_owned()),
     }

@@ -7,9 +7,13 @@ use crate::error::{argument, of_class};
 use crate::grid::Grid;
 use crate::layers::Layers;
 use crate::scene::Scene;
-use icoray::{Description, PartCells, PartCorners};
+use icoray::{PartCells, PartCorners};
 use icoray_context::bindings::PartInput;
 use icoray_context::icoray_ctx;
+use icoray_context::types::{
+    ICORAY_BLOCK, ICORAY_DISABLE, ICORAY_DROP_OLDEST, ICORAY_IGNORE, ICORAY_NEVER_MODIFY, ICORAY_OVERWRITE,
+    ICORAY_WARN, icoray_config,
+};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::ffi::CString;
@@ -22,7 +26,7 @@ mod handle;
 mod part;
 
 use arrays::{ArrayNames, CArray};
-use config::Settings;
+use config::chosen;
 use handle::Handle;
 use part::Rows;
 
@@ -98,8 +102,18 @@ impl Context {
         writer_queue: i32,
         when_full: &str,
     ) -> PyResult<Self> {
-        let settings = Settings { threads, existing, on_error, disable_after, async_render, writer_queue, when_full };
-        let handle = Handle::open(py, output_dir, &settings, comm)?;
+        let on_error_is = [("warn", ICORAY_WARN), ("ignore", ICORAY_IGNORE), ("disable", ICORAY_DISABLE)];
+        let settings = icoray_config {
+            threads,
+            existing: chosen("existing", existing, &[("keep", ICORAY_NEVER_MODIFY), ("overwrite", ICORAY_OVERWRITE)])?,
+            on_error: chosen("on_error", on_error, &on_error_is)?,
+            disable_after,
+            async_render: async_render.into(),
+            writer_queue,
+            when_full: chosen("when_full", when_full, &[("block", ICORAY_BLOCK), ("drop", ICORAY_DROP_OLDEST)])?,
+            ..Default::default()
+        };
+        let handle = Handle::open(py, output_dir, settings, comm)?;
         let context = Context { handle };
         if let Some(scene) = scene
             && let Err(error) = context.set_scene(py, scene)
@@ -267,12 +281,9 @@ impl Context {
     #[pyo3(signature = (name, long_name = None, units = None))]
     fn field_describe(&self, py: Python, name: &str, long_name: Option<&str>, units: Option<&str>) -> PyResult<()> {
         let name = plain(name, "name")?;
-        let text = |text: Option<&str>, what| -> PyResult<Option<String>> {
-            let text = plain(text.unwrap_or_default(), what)?.trim();
-            Ok((!text.is_empty()).then(|| text.to_owned()))
-        };
-        let description = Description { long_name: text(long_name, "long_name")?, units: text(units, "units")? };
-        self.handle.call(py, |context| context.describe_field(name, description))
+        let long_name = plain(long_name.unwrap_or_default(), "long_name")?;
+        let units = plain(units.unwrap_or_default(), "units")?;
+        self.handle.call(py, |context| context.describe_field(name, long_name, units))
     }
 
     /// Loads the scene from a file, on rank 0, for all ranks: one picture or several views, with their triggers and

@@ -40,6 +40,16 @@ impl Random {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
+    /// The next number in [`low`, `high`).
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Whether a thing with this probability happens.
+    pub fn chance(&mut self, probability: f64) -> bool {
+        self.unit() < probability
+    }
+
     /// The next unit vector, uniform on the sphere.
     pub fn direction(&mut self) -> [f64; 3] {
         let (z, lon) = (2.0 * self.unit() - 1.0, std::f64::consts::TAU * self.unit());

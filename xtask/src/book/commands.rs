@@ -17,7 +17,7 @@ use crate::error::Error;
 use crate::requirements;
 use crate::side_by_side::side_by_side;
 use crate::step::{Step, lines_of};
-use crate::workspace::{Workspace, is_required};
+use crate::workspace::{Workspace, may_lack};
 
 /// Names behind `needs=`, and the Debian packages that they stand for. `data` is the data files and what reads them.
 const NEEDS: [(&str, &[&str]); 5] = [
@@ -97,9 +97,7 @@ pub fn run(suite: &Suite, step: &mut Step, record: &mut Record) -> Result<(), Er
     for page in &super::book(&workspace.root)? {
         scripts.extend(script(page, &mut counts, suite.all, |need| is_met(workspace, need)));
     }
-    if let Some(lacking) = counts.lacking.keys().find(|need| is_required(need)) {
-        return Err(Error(format!("ICORAY_REQUIRE names {lacking}, and the machine lacks it")));
-    }
+    counts.lacking.keys().try_for_each(|need| may_lack(need))?;
     counts.lacking.iter().for_each(|(need, count)| record.tally.add_skipped(&format!("no {need}"), *count));
     // The tests, which run before, have built the command; another selection of features would compile it again.
     for (program, package) in [("icoray", "icoray-cli"), ("icoray-study", "icoray-study")] {

@@ -4,11 +4,11 @@ use super::refusals::{Input, Refusals, refused_or};
 use crate::borrow::{self, ArrayInput, Versioned, argument};
 use crate::boundary::{Failure, Outcome};
 use crate::message::listed;
-use crate::types::{icoray_array, icoray_ndarray, icoray_status};
+use crate::types::{icoray_ndarray, icoray_status};
 use icoray_core::output::Stamp;
 use icoray_core::{
     ColumnCount, Decomposition, Description, Field, Fields, FrameInputs, FrameSetup, Grid, Heights, Layers, Location,
-    OwnedTables, Scene, Script, Shot,
+    OwnedTables, Scene, Script, Shape, Shot,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -69,14 +69,14 @@ impl Inputs {
         known(&self.layers, name, Input::Layers, call, &self.refusals)
     }
 
-    /// The array with columns and layers, which are found among the dimensions; `call` is the C function that sets it.
-    pub fn flat(&self, call: &str, array: &icoray_ndarray) -> Outcome<icoray_array> {
+    /// The columns and layers of an array, which are found among its dimensions; `call` is the C function that sets it.
+    pub fn shape_of(&self, call: &str, array: &icoray_ndarray) -> Outcome<Shape> {
         // SAFETY: the caller of icoray_field_set_ndarray or icoray_heights_set_ndarray promises two strings.
         let [grid, layers] = unsafe { borrow::names(array.grid_name, array.layers_name)? };
         let grid_input = self.grid(grid, call)?;
         let layers = self.layers(layers, call)?;
         let location = borrow::location(array.location, icoray_ndarray::NAME)?;
-        borrow::flat(array, &grid_input.columns_at(location), layers.count())
+        borrow::shape_of(array, &grid_input.columns_at(location), layers.count())
     }
 
     /// A script with the name of the field that was set first, where it names none, and with 2D fields as surfaces.

@@ -1,7 +1,6 @@
 //! Arrays of hosts, for tests.
 
 use crate::types::{ICORAY_CENTER, ICORAY_F64, icoray_array};
-use std::ptr;
 
 /// Values at cell centres, level-fastest.
 pub fn centers(values: &[f64], layers: usize) -> icoray_array {
@@ -14,11 +13,6 @@ pub fn centers(values: &[f64], layers: usize) -> icoray_array {
         layers: layers as i64,
         column_stride: layers as i64,
         layer_stride: 1,
-        block: 0,
-        block_stride: 0,
-        has_fill: 0,
-        fill_value: 0.0,
-        grid_name: ptr::null(),
-        layers_name: ptr::null(),
+        ..Default::default()
     }
 }

@@ -48,9 +48,6 @@ impl CArray {
             Pointer::F32(first) => (first.cast(), ICORAY_F32),
             Pointer::F64(first) => (first.cast(), ICORAY_F64),
         };
-        let location = if field.location == Location::Center { ICORAY_CENTER } else { ICORAY_CORNER };
-        let (has_fill, fill_value) = (field.fill.is_some().into(), field.fill.unwrap_or(0.0));
-        let (grid_name, layers_name) = (names.grid.as_ptr(), names.layers.as_ptr());
         let (dimensions, _) = field.ordered_dimensions();
         let (mut extent, mut stride) = ([0; ICORAY_MAX_RANK], [0; ICORAY_MAX_RANK]);
         for (at, dimension) in dimensions.iter().enumerate() {
@@ -61,14 +58,14 @@ impl CArray {
             struct_size: size_of::<icoray_ndarray>(),
             data,
             r#type,
-            location,
+            location: if field.location == Location::Center { ICORAY_CENTER } else { ICORAY_CORNER },
             rank: dimensions.len() as i32,
-            has_fill,
-            fill_value,
+            has_fill: field.fill.is_some().into(),
+            fill_value: field.fill.unwrap_or(0.0),
             extent,
             stride,
-            grid_name,
-            layers_name,
+            grid_name: names.grid.as_ptr(),
+            layers_name: names.layers.as_ptr(),
         })
     }
 

@@ -3,24 +3,10 @@
 use super::handle::in_python;
 use crate::error::argument;
 use icoray::did_you_mean;
-use icoray_context::types::{
-    ICORAY_BLOCK, ICORAY_DISABLE, ICORAY_DROP_OLDEST, ICORAY_IGNORE, ICORAY_LOG_DEBUG, ICORAY_LOG_ERROR,
-    ICORAY_LOG_INFO, ICORAY_LOG_WARN, ICORAY_NEVER_MODIFY, ICORAY_OVERWRITE, ICORAY_WARN, icoray_config,
-};
+use icoray_context::types::{ICORAY_LOG_DEBUG, ICORAY_LOG_ERROR, ICORAY_LOG_INFO, ICORAY_LOG_WARN, icoray_config};
 use pyo3::prelude::*;
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::ptr;
-
-/// Arguments of `Context`.
-pub(super) struct Settings<'a> {
-    pub threads: i32,
-    pub existing: &'a str,
-    pub on_error: &'a str,
-    pub disable_after: i32,
-    pub async_render: bool,
-    pub writer_queue: i32,
-    pub when_full: &'a str,
-}
 
 /// A config, with the addresses in it.
 pub(super) struct Config(icoray_config);
@@ -29,37 +15,25 @@ pub(super) struct Config(icoray_config);
 unsafe impl Send for Config {}
 
 impl Config {
+    /// The settings with Python's log and the directory, which is borrowed.
+    pub fn new(settings: icoray_config, output_dir: Option<&CString>) -> Self {
+        Config(icoray_config {
+            struct_size: size_of::<icoray_config>(),
+            output_dir: output_dir.map_or(ptr::null(), |directory| directory.as_ptr()),
+            // The logger of Python chooses.
+            log_level: ICORAY_LOG_DEBUG,
+            log: Some(log_to_python),
+            ..settings
+        })
+    }
+
     pub fn get(&self) -> &icoray_config {
         &self.0
     }
 }
 
-impl Settings<'_> {
-    /// The config of C, which borrows the directory.
-    pub fn config(&self, output_dir: Option<&CString>) -> PyResult<Config> {
-        let existing = [("keep", ICORAY_NEVER_MODIFY), ("overwrite", ICORAY_OVERWRITE)];
-        let on_error = [("warn", ICORAY_WARN), ("ignore", ICORAY_IGNORE), ("disable", ICORAY_DISABLE)];
-        let when_full = [("block", ICORAY_BLOCK), ("drop", ICORAY_DROP_OLDEST)];
-        Ok(Config(icoray_config {
-            struct_size: size_of::<icoray_config>(),
-            output_dir: output_dir.map_or(ptr::null(), |directory| directory.as_ptr()),
-            threads: self.threads,
-            existing: chosen("existing", self.existing, &existing)?,
-            on_error: chosen("on_error", self.on_error, &on_error)?,
-            disable_after: self.disable_after,
-            async_render: self.async_render.into(),
-            writer_queue: self.writer_queue,
-            when_full: chosen("when_full", self.when_full, &when_full)?,
-            // The logger of Python chooses.
-            log_level: ICORAY_LOG_DEBUG,
-            log: Some(log_to_python),
-            log_user: ptr::null_mut(),
-        }))
-    }
-}
-
 /// The number of a word.
-fn chosen(name: &str, word: &str, words: &[(&str, i32)]) -> PyResult<i32> {
+pub(super) fn chosen(name: &str, word: &str, words: &[(&str, i32)]) -> PyResult<i32> {
     let found = words.iter().find(|(known, _)| *known == word).map(|(_, number)| *number);
     found.ok_or_else(|| {
         let known: Vec<&str> = words.iter().map(|(known, _)| *known).collect();

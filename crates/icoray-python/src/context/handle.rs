@@ -1,6 +1,6 @@
 //! The handle of a context, and what it borrows.
 
-use super::config::Settings;
+use super::config::Config;
 use super::{c_string, closed};
 use crate::error::{class, of_class};
 use crate::field::Field;
@@ -9,7 +9,7 @@ use crate::mpi;
 use icoray::ErrorKind;
 use icoray_context::boundary::Failure;
 use icoray_context::icoray_ctx;
-use icoray_context::types::icoray_status;
+use icoray_context::types::{icoray_config, icoray_status};
 use pyo3::exceptions::PyResourceWarning;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -62,11 +62,11 @@ impl Handle {
     pub fn open(
         py: Python,
         output_dir: Option<PathBuf>,
-        settings: &Settings,
+        settings: icoray_config,
         comm: Option<&Bound<PyAny>>,
     ) -> PyResult<Self> {
         let directory = output_dir.map(|path| c_string(&path.to_string_lossy(), "output_dir")).transpose()?;
-        let config = settings.config(directory.as_ref())?;
+        let config = Config::new(settings, directory.as_ref());
         let team = comm.map(mpi::team).transpose()?;
         let is_shared = team.is_some();
         // SAFETY: a config whose string lives until the call returns.

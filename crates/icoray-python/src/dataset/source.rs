@@ -61,8 +61,8 @@ impl Store {
         })
     }
 
-    /// A block as an array of real numbers that is borrowed or converted, and whether it is the dataset's own memory.
-    fn block(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<(RealArray, bool)> {
+    /// A block as an array of real numbers that is borrowed or converted.
+    fn block(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<Block> {
         let name = &variable.name;
         self.call(&format!("variable {name}"), |store| {
             let read = store.call_method1("read", (name, start.to_vec(), count.to_vec()))?;
@@ -76,7 +76,9 @@ impl Store {
                 }
             };
             self.bytes_copied.fetch_add(bytes, Relaxed);
-            Ok((array, in_memory))
+            // SAFETY: only the offset is kept.
+            let (_, offset) = unsafe { array.reals() };
+            Ok(Block { array, offset })
         })
     }
 }
@@ -109,8 +111,7 @@ impl Source for Store {
     }
 
     fn reals(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<OwnedReals> {
-        let (array, _) = self.block(variable, start, count)?;
-        let block = Block::new(array);
+        let block = self.block(variable, start, count)?;
         let mut elements = Vec::with_capacity(count.iter().product());
         element_numbers(&block.array.dimensions, block.offset, &mut elements);
         Ok(match (block.reals(), variable.kind) {
@@ -120,8 +121,7 @@ impl Source for Store {
     }
 
     fn values(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<Values> {
-        let (array, _) = self.block(variable, start, count)?;
-        let block = Block::new(array);
+        let block = self.block(variable, start, count)?;
         let strides = block.array.dimensions.iter().map(|d| d.stride).collect();
         Ok(Values::Shared { offset: block.offset, strides, memory: Arc::new(block) })
     }
@@ -139,14 +139,6 @@ struct Block {
     array: RealArray,
     /// Element of the first number.
     offset: usize,
-}
-
-impl Block {
-    fn new(array: RealArray) -> Self {
-        // SAFETY: only the offset is kept.
-        let (_, offset) = unsafe { array.reals() };
-        Block { array, offset }
-    }
 }
 
 impl Memory for Block {

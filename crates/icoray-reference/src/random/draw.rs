@@ -1,6 +1,6 @@
 //! Random meshes, fields and scenes: a seed's scene is always the same.
 
-use super::scene_text::{KINDS, SceneText, chance, uniform};
+use super::scene_text::{KINDS, SceneText};
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::oracle::{Data, NamedField};
 use crate::shading::direction;
@@ -60,10 +60,10 @@ impl RandomScene {
         let (mesh, mut recipe) = mesh(random, bisections)?;
         let grid = mesh.grid();
         let layers = 2 + random.below(6);
-        let top = 10f64.powf(uniform(random, -4.0, -0.5));
-        let mut up: Vec<f64> = (0..layers).map(|l| (l as f64 + uniform(random, 0.0, 0.7)) / layers as f64).collect();
+        let top = 10f64.powf(random.between(-4.0, -0.5));
+        let mut up: Vec<f64> = (0..layers).map(|l| (l as f64 + random.between(0.0, 0.7)) / layers as f64).collect();
         (up[0], up[layers - 1]) = (0.0, 1.0);
-        let steep = uniform(random, 0.0, 0.6);
+        let steep = random.between(0.0, 0.6);
         let columns = (0..grid.cells()).flat_map(|cell| {
             let mountain = steep * (3.0 * grid.direction(cell as u32).x + 1.0).sin().abs();
             up.iter().map(move |up| top * (mountain * (1.0 - up) + up)).collect::<Vec<f64>>()
@@ -126,9 +126,9 @@ impl RandomScene {
 /// An icosahedral mesh with jittered cells, turned at random, in one of four cases with holes; and its recipe.
 fn mesh(random: &mut Random, bisections: [u32; 4]) -> Result<(Culled, String)> {
     let level = bisections[random.below(4)];
-    let jitter = uniform(random, 0.0, 0.2) * 1.1 / f64::from(1 << level);
+    let jitter = random.between(0.0, 0.2) * 1.1 / f64::from(1 << level);
     let mut mesh = IcosahedralMesh::new(level)?;
-    let turn = DQuat::from_axis_angle(DVec3::from_array(random.direction()), uniform(random, 0.0, 6.0));
+    let turn = DQuat::from_axis_angle(DVec3::from_array(random.direction()), random.between(0.0, 6.0));
     let mut moved = |lon: &mut f64, lat: &mut f64, jitter: f64| {
         let at = direction(*lon, *lat) + jitter * DVec3::from_array(random.direction());
         let at = turn * at.normalize();
@@ -151,29 +151,29 @@ const STYLES: [&str; 5] = ["constant but for rounding", "smooth", "noise", "spik
 
 /// The values of a field in one of the [`STYLES`].
 fn values(random: &mut Random, grid: &Grid, layers: usize, single: bool, style: usize) -> Vec<f64> {
-    let scale = 10f64.powf(uniform(random, -6.0, 4.0));
+    let scale = 10f64.powf(random.between(-6.0, 4.0));
     let offset = scale * [0.0, 0.0, 1.0, 300.0][random.below(4)];
-    let [a, b] = [0; 2].map(|_| uniform(random, 1.0, 6.0) * DVec3::from_array(random.direction()));
-    let turn = uniform(random, -3.0, 3.0);
-    let missing = if random.below(5) == 0 { uniform(random, 0.0, 0.1) } else { 0.0 };
+    let [a, b] = [0; 2].map(|_| random.between(1.0, 6.0) * DVec3::from_array(random.direction()));
+    let turn = random.between(-3.0, 3.0);
+    let missing = if random.below(5) == 0 { random.between(0.0, 0.1) } else { 0.0 };
     let mut values = Vec::new();
     for cell in 0..grid.cells() {
         let d = grid.direction(cell as u32);
-        let column_missing = chance(random, 0.5 * missing);
+        let column_missing = random.chance(0.5 * missing);
         for layer in 0..layers {
             let up = layer as f64 / layers as f64;
             let wave = (a.dot(d) + turn * up).sin() * (b.dot(d) - turn * up).cos() + 0.3 * up;
-            let noise = uniform(random, -1.0, 1.0);
+            let noise = random.between(-1.0, 1.0);
             let value = match style {
                 0 => offset.max(scale) * (1.0 + (3.0 * noise).round() * if single { 1.2e-7 } else { 2.3e-16 }),
                 1 => offset + scale * wave,
                 2 => offset + scale * noise,
-                3 if chance(random, 0.05) => scale * 10f64.powf(uniform(random, 0.0, 6.0)),
+                3 if random.chance(0.05) => scale * 10f64.powf(random.between(0.0, 6.0)),
                 3 => scale * 0.01 * wave,
                 _ => scale * 10f64.powf(-3.0 + 3.0 * wave),
             };
             let value = if single { f64::from(value as f32) } else { value };
-            let is_missing = column_missing || chance(random, 0.2 * missing);
+            let is_missing = column_missing || random.chance(0.2 * missing);
             values.push(if is_missing { f64::NAN } else { value });
         }
     }

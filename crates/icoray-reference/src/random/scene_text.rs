@@ -35,14 +35,6 @@ pub(super) struct SceneText<'w> {
 }
 
 impl SceneText<'_> {
-    fn uniform(&mut self, low: f64, high: f64) -> f64 {
-        uniform(self.random, low, high)
-    }
-
-    fn chance(&mut self, of: f64) -> bool {
-        chance(self.random, of)
-    }
-
     fn color(&mut self) -> String {
         let [r, g, b] = [0; 3].map(|_| self.random.below(256));
         format!("\"rgb({r} {g} {b})\"")
@@ -57,11 +49,10 @@ impl SceneText<'_> {
         let sorted = &self.sorted[field];
         let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
         if high - low <= 1e-5 * high.abs() {
-            return self.uniform(0.5, 1.5) * low;
+            return self.random.between(0.5, 1.5) * low;
         }
         let i = self.random.below(sorted.len() - 1);
-        let [below, above] = [sorted[i], sorted[i + 1]];
-        self.uniform(below, above)
+        self.random.between(sorted[i], sorted[i + 1])
     }
 
     fn two_values(&mut self, field: usize) -> [f64; 2] {
@@ -72,8 +63,9 @@ impl SceneText<'_> {
 
     /// An extinction per planet radius: optical depths of the shell from 1e-3 to 1e6, usually transparent ones.
     fn extinction(&mut self, shell: f64) -> f64 {
-        let depth = if self.chance(0.1) { self.uniform(2.0, 6.0) } else { self.uniform(-3.0, 1.5) };
-        if self.chance(0.35) { 0.0 } else { (10f64.powf(depth) / shell).min(1e12) }
+        let depth =
+            if self.random.chance(0.1) { self.random.between(2.0, 6.0) } else { self.random.between(-3.0, 1.5) };
+        if self.random.chance(0.35) { 0.0 } else { (10f64.powf(depth) / shell).min(1e12) }
     }
 
     /// Knots of a transfer function as an inline table.
@@ -82,7 +74,7 @@ impl SceneText<'_> {
         let mut values: Vec<f64> = (0..count).map(|_| self.value(field)).collect();
         values.sort_by(f64::total_cmp);
         for i in 1..count {
-            if self.chance(0.15) && (i < 2 || values[i - 2] < values[i - 1]) {
+            if self.random.chance(0.15) && (i < 2 || values[i - 2] < values[i - 1]) {
                 values[i] = values[i - 1];
             }
         }
@@ -108,7 +100,7 @@ impl SceneText<'_> {
             0 => format!("scale = \"log\", range = [{low:e}, {high:e}]"),
             _ => format!("scale = \"symlog\", threshold = {:e}, range = [{:e}, {high:e}]", low, -high),
         };
-        let length = shell * 10f64.powf(self.uniform(-1.0, 1.0));
+        let length = shell * 10f64.powf(self.random.between(-1.0, 1.0));
         let opacity = ["[[0, 0], [1, 0.9]]", "[[0, 0.8], [0.3, 0], [0.6, 0], [1, 0.99]]"][self.random.below(2)];
         format!(
             "{{ map = \"plasma\", {scale}, opacity = {opacity}, opacity_in = \"range\", unit_length = {length:e} }}"
@@ -119,11 +111,11 @@ impl SceneText<'_> {
     pub fn scene(&mut self, kind: &str, grid: &Grid) {
         let exaggeration = [1.0, (0.3 / self.top).min(30.0)][self.random.below(2)];
         let shell = exaggeration * self.top;
-        let tolerance = 10f64.powf(self.uniform(-7.0, -2.0));
+        let tolerance = 10f64.powf(self.random.between(-7.0, -2.0));
         let precision = ["f32", "f64"][self.random.below(2)];
         let [core, background] = [0; 2].map(|_| {
             let color = self.color();
-            if self.chance(0.4) { "\"transparent\"".to_owned() } else { color }
+            if self.random.chance(0.4) { "\"transparent\"".to_owned() } else { color }
         });
         let _ = write!(
             self.text,
@@ -132,24 +124,24 @@ impl SceneText<'_> {
             SIZE[0], SIZE[1]
         );
         let mixed = kind == "mixed";
-        if kind == "native heights" || mixed && self.chance(0.4) {
+        if kind == "native heights" || mixed && self.random.chance(0.4) {
             self.text += "heights = \"native\"\n";
         }
         self.camera(grid, shell);
         self.light();
-        let has_volume = !["isosurfaces", "surfaces"].contains(&kind) || self.chance(0.7);
+        let has_volume = !["isosurfaces", "surfaces"].contains(&kind) || self.random.chance(0.7);
         let count = if kind == "several volumes" || mixed { 2 + self.random.below(2) } else { usize::from(has_volume) };
         for _ in 0..count {
             self.volume(kind, shell);
         }
         let native = kind == "native heights";
-        if kind == "isosurfaces" || mixed || native && self.chance(0.3) {
+        if kind == "isosurfaces" || mixed || native && self.random.chance(0.3) {
             self.isosurfaces();
         }
-        if kind == "surfaces" || mixed && self.chance(0.6) || native && self.chance(0.3) {
+        if kind == "surfaces" || mixed && self.random.chance(0.6) || native && self.random.chance(0.3) {
             self.surface();
         }
-        if kind == "cuts" || mixed && self.chance(0.5) {
+        if kind == "cuts" || mixed && self.random.chance(0.5) {
             self.clip();
         }
     }
@@ -159,28 +151,32 @@ impl SceneText<'_> {
         let d = direction(self.random);
         let vertex = grid.direction(self.random.below(grid.cells()) as u32);
         let aside = d.cross(direction(self.random)).normalize();
-        let inside = 1.0 + shell * self.uniform(0.0, 1.0);
+        let inside = 1.0 + shell * self.random.between(0.0, 1.0);
         let (eye, target) = match self.random.below(6) {
-            0 | 1 => (d * self.uniform(1.6, 4.0), DVec3::ZERO),
-            2 => (d * inside, aside * self.uniform(0.3, 1.3)),
-            3 => (d * self.uniform(1.5, 3.0), aside * inside),
-            4 => (vertex * self.uniform(1.5, 3.0), DVec3::ZERO),
-            _ => (d * self.uniform(1.4, 2.0), vertex * inside),
+            0 | 1 => (d * self.random.between(1.6, 4.0), DVec3::ZERO),
+            2 => (d * inside, aside * self.random.between(0.3, 1.3)),
+            3 => (d * self.random.between(1.5, 3.0), aside * inside),
+            4 => (vertex * self.random.between(1.5, 3.0), DVec3::ZERO),
+            _ => (d * self.random.between(1.4, 2.0), vertex * inside),
         };
-        let (up, fov) = (direction(self.random), self.uniform(5.0, 100.0));
+        let (up, fov) = (direction(self.random), self.random.between(5.0, 100.0));
         let list = |v: DVec3| format!("[{:e}, {:e}, {:e}]", v.x, v.y, v.z);
         let [eye, target, up] = [eye, target, up].map(list);
         let _ = writeln!(self.text, "camera = {{ eye = {eye}, target = {target}, up = {up}, fov = {fov:e} }}");
     }
 
     fn light(&mut self) {
-        let [ambient, diffuse, specular] = [0; 3].map(|_| self.uniform(0.0, 1.0));
+        let [ambient, diffuse, specular] = [0; 3].map(|_| self.random.between(0.0, 1.0));
         let kind = match self.random.below(4) {
             0 => "kind = \"headlight\"".to_owned(),
-            1 => format!("kind = \"sun\", lon = {:e}, lat = {:e}", self.uniform(0.0, 360.0), self.uniform(-90.0, 90.0)),
+            1 => format!(
+                "kind = \"sun\", lon = {:e}, lat = {:e}",
+                self.random.between(0.0, 360.0),
+                self.random.between(-90.0, 90.0)
+            ),
             _ => return,
         };
-        let shininess = 10f64.powf(self.uniform(0.0, 2.0));
+        let shininess = 10f64.powf(self.random.between(0.0, 2.0));
         let _ = writeln!(
             self.text,
             "light = {{ {kind}, ambient = {ambient:e}, diffuse = {diffuse:e}, specular = {specular:e}, shininess = {shininess:e} }}"
@@ -190,7 +186,7 @@ impl SceneText<'_> {
     fn volume(&mut self, kind: &str, shell: f64) {
         let field = self.field();
         let transfer = if kind == "log scale" { self.log(field, shell) } else { self.knots(field, shell) };
-        let by_other = kind == "by another field" || kind == "mixed" && self.chance(0.3);
+        let by_other = kind == "by another field" || kind == "mixed" && self.random.chance(0.3);
         let colors = self.colors(field);
         let transfer = if by_other { colors } else { transfer };
         let _ = write!(self.text, "[[volumes]]\nfield = \"{}\"\ntransfer = {transfer}\n", self.fields[field].name);
@@ -213,11 +209,11 @@ impl SceneText<'_> {
         let field = self.field();
         let map = format!("{key} = \"{}\"\ntransfer = {}", self.fields[field].name, self.colors(field));
         let color = self.color();
-        if self.chance(0.5) { format!("color = {color}") } else { map }
+        if self.random.chance(0.5) { format!("color = {color}") } else { map }
     }
 
     fn opacity(&mut self) -> f64 {
-        if self.chance(0.3) { 1.0 } else { self.uniform(0.05, 0.95) }
+        if self.random.chance(0.3) { 1.0 } else { self.random.between(0.05, 0.95) }
     }
 
     fn isosurfaces(&mut self) {
@@ -234,7 +230,7 @@ impl SceneText<'_> {
 
     fn surface(&mut self) {
         let place = match self.random.below(3) {
-            0 => format!("height_m = {:e}", self.uniform(0.05, 0.95) * self.top),
+            0 => format!("height_m = {:e}", self.random.between(0.05, 0.95) * self.top),
             _ => format!("layer = {}", self.random.below(self.layers)),
         };
         let (paint, opacity) = (self.paint("field"), self.opacity());
@@ -243,14 +239,14 @@ impl SceneText<'_> {
 
     fn clip(&mut self) {
         for _ in 0..1 + self.random.below(2) {
-            let cut = ["inside", "outside"][usize::from(self.chance(0.3))];
-            let [lon, lat] = [self.uniform(-180.0, 180.0), self.uniform(-90.0, 60.0)];
-            let [east, north] = [lon + self.uniform(20.0, 170.0), lat + self.uniform(5.0, 90.0)];
+            let cut = ["inside", "outside"][usize::from(self.random.chance(0.3))];
+            let [lon, lat] = [self.random.between(-180.0, 180.0), self.random.between(-90.0, 60.0)];
+            let [east, north] = [lon + self.random.between(20.0, 170.0), lat + self.random.between(5.0, 90.0)];
             let bottom = self.random.below(self.layers);
             let layers = [bottom, bottom + self.random.below(self.layers - bottom)];
-            let height = self.uniform(0.0, 0.5) * self.top;
-            let heights = [height, height + self.uniform(0.1, 0.5) * self.top];
-            let distance = self.uniform(-0.5, 1.0);
+            let height = self.random.between(0.0, 0.5) * self.top;
+            let heights = [height, height + self.random.between(0.1, 0.5) * self.top];
+            let distance = self.random.between(-0.5, 1.0);
             let what = match self.random.below(4) {
                 0 => format!("lon = [{lon:e}, {east:e}]\nlat = [{lat:e}, {:e}]", north.min(90.0)),
                 1 => format!("layers = {layers:?}\nlat = [{lat:e}, {:e}]", north.min(90.0)),
@@ -260,12 +256,4 @@ impl SceneText<'_> {
             let _ = write!(self.text, "[[clip]]\ncut = \"{cut}\"\n{what}\n");
         }
     }
-}
-
-pub(super) fn uniform(random: &mut Random, low: f64, high: f64) -> f64 {
-    low + (high - low) * random.unit()
-}
-
-pub(super) fn chance(random: &mut Random, of: f64) -> bool {
-    random.unit() < of
 }

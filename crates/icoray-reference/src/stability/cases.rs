@@ -59,6 +59,8 @@ pub struct CaseMesh<'g> {
     pub grid: &'g Grid<'g>,
 }
 
+const RED: [f64; 3] = [0.9, 0.1, 0.05];
+const BLUE: [f64; 3] = [0.1, 0.2, 1.0];
 const PLAIN: &str = r##"
 field = "f"
 antialias = false

@@ -14,6 +14,7 @@ use crate::ranks::{Decomposition, DistributedGrid, GatherInputs, Ranks};
 use glam::DVec3;
 use icoray_grid::{Grid, Layers, Result};
 use icoray_scene::{Backend, Method, Paint, Precision, Scene};
+use serde::Serialize;
 use std::time::Instant;
 
 pub use super::draw::ScenePart;
@@ -62,7 +63,7 @@ pub struct Contribution {
 }
 
 /// A point of a ray.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ProbePoint {
     /// Distance from the eye, planet radii.
     pub distance: f64,

@@ -6,8 +6,8 @@ use super::culled::directions;
 use glam::DVec3;
 use icoray::ranks::on_local_nodes;
 use icoray::{
-    Decomposition, DistributedGrid, Error, ErrorKind, Field, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Knot,
-    Layers, Location, OwnedReals, Ranks, Reals, Rendered, Renderer, Scene, Shape, TransferFunction,
+    Error, ErrorKind, Field, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Knot, Layers, Location, OwnedReals,
+    Ranks, Reals, Rendered, Renderer, Scene, Shape, TransferFunction,
 };
 use std::fmt::Debug;
 
@@ -255,18 +255,6 @@ pub fn on_nodes<R: Send>(node_of: &[usize], work: impl Fn(&mut Ranks) -> R + Syn
 /// [`on_nodes`] with all ranks on one node.
 pub fn on_ranks<R: Send>(ranks: usize, work: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
     on_nodes(&vec![0; ranks], work)
-}
-
-/// What a rank makes of its columns or part, on one thread.
-pub fn render_decomposed<'f>(
-    ranks: &mut Ranks,
-    scene: &Scene,
-    (grid, decomposition): (&Grid, &Decomposition),
-    layers: &Layers,
-    fields: impl Into<Fields<'f>>,
-) -> Result<Rendered, Error> {
-    let data = DistributedGrid { grid, decomposition: Some(decomposition), layers };
-    Renderer::new(1)?.render_decomposed(ranks, scene, data, fields)
 }
 
 /// The picture, which one rank has, and the reports of all ranks.

@@ -1,6 +1,7 @@
 //! Pixels with the edge of a surface in them, against pictures of many more rays.
 
 use crate::common::{LIT, Model, averaged, bits, count_beyond, distances, even_heights, scene_of};
+use glam::DVec3;
 use icoray::{Certainty, Precision, Scene};
 
 const SIDE: u32 = 96;
@@ -67,10 +68,8 @@ fn the_silhouette_of_the_core_covers_the_area_of_a_sphere() {
     let covered = |x: u32, y: u32| {
         let meets = |i: u32| {
             let at = [32 * x + i % 32, 32 * y + i / 32];
-            let (eye, dir) = (camera.eye(), camera.direction(at[0], at[1], 32 * SIDE, 32 * SIDE));
-            let [eye2, along] =
-                [(0, 0), (0, 1)].map(|(a, b)| (0..3).map(|k| [eye, dir][a][k] * [eye, dir][b][k]).sum::<f64>());
-            eye2 - along * along < 1.0
+            let (eye, dir) = (DVec3::from(camera.eye()), camera.direction(at[0], at[1], 32 * SIDE, 32 * SIDE));
+            eye.length_squared() - eye.dot(dir.into()).powi(2) < 1.0
         };
         f64::from((0..1024).filter(|i| meets(*i)).count() as u32) / 1024.0
     };

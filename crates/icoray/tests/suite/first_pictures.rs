@@ -2,7 +2,7 @@
 //! against the colour bar, and contrast with dark ground.
 
 use crate::common::over_columns;
-use crate::culled::{Culled, Mark, Style, directions, towards};
+use crate::culled::{Culled, Mark, Style, directions, is_near};
 use glam::DVec3;
 use icoray::{Coloring, Field, Frame, Grid, IcosahedralMesh, Layers, Level, Location, Renderer, Scene, suggest};
 use icoray_test_support::Random;
@@ -155,12 +155,8 @@ impl Picture {
         let painting = paintings[paintings.len() - 1];
         let coloring: &Coloring = painting.coloring.unwrap();
         let [low, high] = coloring.fixed().unwrap();
-        let place = |i: usize| {
-            coloring.scale().backward(
-                coloring.scale().forward(low)
-                    + i as f64 / 64.0 * (coloring.scale().forward(high) - coloring.scale().forward(low)),
-            )
-        };
+        let [from, to] = [low, high].map(|end| coloring.scale().forward(end));
+        let place = |i: usize| coloring.scale().backward(from + i as f64 / 64.0 * (to - from));
         let bar: Vec<([f64; 3], f64)> = (0..=64).map(|i| painting.transfer.at(place(i))).collect();
         let colors: Vec<[f64; 3]> = bar.iter().map(|(color, _)| *color).collect();
         let off = shown.iter().filter(|color| off_the_bar(**color, &colors) > 15.0).count();
@@ -200,10 +196,6 @@ impl Picture {
     }
 }
 
-fn near(p: DVec3, lon: f64, lat: f64, degrees: f64) -> bool {
-    p.angle_between(towards(lon, lat)) < degrees.to_radians()
-}
-
 /// The cells of an icosahedral mesh that stay.
 fn mesh(level: u32, stays: impl Fn(DVec3) -> bool) -> Culled {
     let mesh = IcosahedralMesh::new(level).unwrap();
@@ -212,7 +204,7 @@ fn mesh(level: u32, stays: impl Fn(DVec3) -> bool) -> Culled {
 }
 
 fn region() -> Culled {
-    mesh(6, |p| near(p, MIDDLE[0], MIDDLE[1], 170.0 * SCALE))
+    mesh(6, |p| is_near(p, MIDDLE[0], MIDDLE[1], 170.0 * SCALE))
 }
 
 #[test]
@@ -227,7 +219,7 @@ fn a_globe_or_a_region_fills_the_picture() {
     assert!(planet > 0.47, "{planet}");
     // The lowest layer of a round one, which is farther than the top of the shell that fills the picture; and of one that
     // is higher than wide.
-    let narrow = mesh(6, |p| near(p, -60.0, -20.0, 12.0) && near(p, -60.0, p.z.asin().to_degrees(), 4.0));
+    let narrow = mesh(6, |p| is_near(p, -60.0, -20.0, 12.0) && is_near(p, -60.0, p.z.asin().to_degrees(), 4.0));
     for (culled, least) in [(region(), 0.35), (narrow, 0.15)] {
         let (_, shown, [x, y]) = filled(&culled);
         assert!(shown > least && x.abs() < 0.1 && y.abs() < 0.1, "{shown} about {x} {y}");
@@ -239,7 +231,7 @@ fn every_field_has_a_picture_whose_colours_are_read_off_the_bar() {
     let renderer = Renderer::new(2).unwrap();
     let mut faults = Vec::new();
     let globe = mesh(4, |_| true);
-    let ocean = mesh(4, |p| !near(p, -20.0, -10.0, 20.0) && !near(p, 90.0, 30.0, 30.0));
+    let ocean = mesh(4, |p| !is_near(p, -20.0, -10.0, 20.0) && !is_near(p, 90.0, 30.0, 30.0));
     for (mesh, culled, is_region) in [("globe", globe, false), ("ocean", ocean, false), ("region", region(), true)] {
         let grid = culled.grid();
         let [lon, lat, ..] = &culled.lon_lat;

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::common::*;
+use crate::culled::towards;
 use icoray::{
     Certainty, Clip, Frame, HalfSpace, Isosurface, Knot, Level, LonLatBox, Opacity, Paint, Renderer, Scene, Stretch,
     Surface, Traversal, Volume,
@@ -218,9 +219,8 @@ fn cuts_remove_their_region() {
                 && clip.layers.is_none_or(|[a, b]| sample.layer >= a && sample.layer < b)
                 && clip.height_m.is_none_or(|h| within(p.length() - 1.0, h))
                 && clip.half_space.is_none_or(|half| {
-                    let [lon, lat] = half.towards_deg.map(f64::to_radians);
-                    let towards = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
-                    towards.dot(p) > half.distance
+                    let [lon, lat] = half.towards_deg;
+                    towards(lon, lat).dot(p) > half.distance
                 });
             if inside == clip.cuts_inside {
                 return ([0.0; 3], 0.0);

@@ -2,7 +2,7 @@
 
 use super::super::test_array::centers;
 use super::*;
-use crate::types::{ICORAY_CORNER, ICORAY_F32};
+use crate::types::{ICORAY_CORNER, ICORAY_F32, icoray_array};
 use icoray_core::{Derivation, How, IcosahedralMesh, Renderer, Script, Volume};
 use std::ffi::CString;
 
@@ -57,7 +57,7 @@ impl Model {
     }
 
     fn give(&mut self, name: &str, array: &icoray_array) {
-        let given = ArrayInput::new(array, icoray_array::NAME, false).unwrap();
+        let given = ArrayInput::new(array, false).unwrap();
         self.inputs.fields.insert(name.into(), given);
     }
 
@@ -165,8 +165,7 @@ fn fields_of_one_scene_are_over_one_grid_and_its_layers() {
     let mut other_scene = scene(&[]);
     other_scene.volumes[0].field = "r".into();
     model.frame_inputs(other_scene).unwrap();
-    model.inputs.heights =
-        Some(ArrayInput::new(&icoray_array { grid_name: other.as_ptr(), ..q }, "heights", false).unwrap());
+    model.inputs.heights = Some(ArrayInput::new(&icoray_array { grid_name: other.as_ptr(), ..q }, false).unwrap());
     model.frame_inputs(scene(&[])).unwrap();
     let mut native = scene(&[]);
     native.scenery.heights = Heights::Native;

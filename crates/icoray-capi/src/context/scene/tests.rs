@@ -3,11 +3,11 @@
 use super::super::PartInput;
 use super::super::test_array::centers;
 use super::*;
-use crate::borrow::{ArrayInput, Versioned};
+use crate::borrow::ArrayInput;
 use crate::boundary::tests::config;
-use crate::types::{icoray_array, icoray_config};
+use crate::types::icoray_config;
 use icoray_core::ranks::on_local_nodes;
-use icoray_core::{Description, Field, Grid, IcosahedralMesh, Layers, Location, Owned, PartCells, Ranks};
+use icoray_core::{Field, Grid, IcosahedralMesh, Layers, Location, Owned, PartCells, Ranks};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -74,14 +74,13 @@ fn pictures(
             let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&marks) };
             context.set_part(|| Ok(PartInput { grid: "", cells, corners: None })).unwrap();
         }
-        let rain = Description { long_name: Some("rain rate".into()), units: Some("mm h-1".into()) };
-        context.describe_field("r", rain).unwrap();
+        context.describe_field("r", "rain rate", "mm h-1").unwrap();
         context.set_scene("icoray_scene_text", || Ok(SceneSource::Text(text))).unwrap();
         for step in 0..STEPS {
             let given = ["f", "r"].map(|field| (field, values(mesh, field, step)));
             for (field, values) in &given {
                 let array = centers(values, layers_of(field));
-                let given = ArrayInput::new(&array, icoray_array::NAME, context.is_shared());
+                let given = ArrayInput::new(&array, context.is_shared());
                 context.set_field(field, given).unwrap();
             }
             context.execute(Ok(Stamp { step, time_s: 60.0 * step as f64, date: None })).unwrap();

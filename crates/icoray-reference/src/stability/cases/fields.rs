@@ -1,10 +1,7 @@
 //! Fields of any size and offset, constant ones, rough ones, and missing values.
 
-use super::{Case, CaseMesh, knot, wave};
+use super::{BLUE, Case, CaseMesh, RED, knot, wave};
 use icoray::{Knot, OwnedReals, Result};
-
-const RED: [f64; 3] = [0.9, 0.1, 0.05];
-const BLUE: [f64; 3] = [0.1, 0.2, 1.0];
 
 /// The plain case with `v·scale + offset` in place of each value v of field and transfer function.
 fn scaled(mesh: &CaseMesh, scale: f64, offset: f64, double: bool, name: String) -> Result<Case> {

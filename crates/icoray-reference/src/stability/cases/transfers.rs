@@ -1,11 +1,9 @@
 //! Cells from clear to opaque, and transfer functions with steps, spikes and many knots.
 
-use super::{Case, CaseMesh, knot};
+use super::{BLUE, Case, CaseMesh, RED, knot};
 use icoray::{Knot, Result};
 
-const RED: [f64; 3] = [0.9, 0.1, 0.05];
 const GREEN: [f64; 3] = [0.1, 0.8, 0.2];
-const BLUE: [f64; 3] = [0.1, 0.2, 1.0];
 const WHITE: [f64; 3] = [1.0, 1.0, 1.0];
 /// Thickness of a layer in these cases.
 const CELL: f64 = 0.02;

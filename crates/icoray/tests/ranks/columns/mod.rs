@@ -4,8 +4,8 @@
 use crate::common::*;
 use crate::spread::Rows;
 use icoray::{
-    Decomposition, Error, ErrorKind, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Location, Ranks, Rendered,
-    Renderer, Scene, Shape,
+    Decomposition, DistributedGrid, Error, ErrorKind, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Location,
+    Ranks, Rendered, Renderer, Scene, Shape,
 };
 use icoray_test_support::Random;
 
@@ -77,7 +77,8 @@ fn render<'f>(
     fields: impl Into<Fields<'f>>,
 ) -> Result<Rendered, Error> {
     assert!(matches!(decomposition, Decomposition::Columns(_)), "{decomposition:?}");
-    render_decomposed(ranks, scene, (grid, decomposition), &earth_layers(), fields)
+    let data = DistributedGrid { grid, decomposition: Some(decomposition), layers: &earth_layers() };
+    Renderer::new(1)?.render_decomposed(ranks, scene, data, fields)
 }
 
 /// Checks that the ranks of each node have copied so many bytes together.

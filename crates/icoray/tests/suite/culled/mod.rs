@@ -137,6 +137,11 @@ pub fn towards(lon_deg: f64, lat_deg: f64) -> DVec3 {
     DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat)
 }
 
+/// Whether a direction is within `degrees` of a place.
+pub fn is_near(p: DVec3, lon_deg: f64, lat_deg: f64, degrees: f64) -> bool {
+    p.angle_between(towards(lon_deg, lat_deg)) < degrees.to_radians()
+}
+
 pub fn directions(lon_rad: &[f64], lat_rad: &[f64]) -> Vec<DVec3> {
     lon_rad.iter().zip(lat_rad).map(|(lon, lat)| towards(lon.to_degrees(), lat.to_degrees())).collect()
 }
@@ -149,18 +154,18 @@ pub fn holes(mesh: &IcosahedralMesh) -> Vec<Hole> {
     let by = |stays: &dyn Fn(usize, DVec3) -> bool| -> Vec<bool> {
         at.iter().enumerate().map(|(cell, p)| stays(cell, *p)).collect()
     };
-    let near = |p: DVec3, lon: f64, lat: f64, degrees: f64| p.angle_between(towards(lon, lat)) < degrees.to_radians();
-    let continents = |p: DVec3| near(p, 20.0, 35.0, 28.0) || near(p, -70.0, 0.0, 35.0) || near(p, 130.0, -25.0, 18.0);
+    let continents =
+        |p: DVec3| is_near(p, 20.0, 35.0, 28.0) || is_near(p, -70.0, 0.0, 35.0) || is_near(p, 130.0, -25.0, 18.0);
     vec![
         ("a single cell", by(&|cell, _| cell != 40)),
         ("both poles", by(&|_, p| p.z.abs() < 0.9)),
-        ("continents with a lake", by(&|_, p| !continents(p) || near(p, -70.0, 5.0, 16.0))),
-        ("a limited area", by(&|_, p| near(p, 30.0, 40.0, 25.0))),
+        ("continents with a lake", by(&|_, p| !continents(p) || is_near(p, -70.0, 5.0, 16.0))),
+        ("a limited area", by(&|_, p| is_near(p, 30.0, 40.0, 25.0))),
         ("a limited area at a pole", by(&|_, p| p.z > 0.8)),
-        ("all but a cap", by(&|_, p| !near(p, 25.0, 30.0, 20.0))),
+        ("all but a cap", by(&|_, p| !is_near(p, 25.0, 30.0, 20.0))),
         ("half of the sphere", by(&|_, p| p.x > 0.0)),
         ("a belt", by(&|_, p| p.z.abs() < 0.35)),
-        ("patches", by(&|_, p| continents(p) || near(p, 60.0, 60.0, 12.0))),
+        ("patches", by(&|_, p| continents(p) || is_near(p, 60.0, 60.0, 12.0))),
         ("every third cell missing", by(&|cell, _| Random::at(cell).unit() > 0.33)),
         ("half of the cells missing", by(&|cell, _| Random::at(cell).unit() > 0.5)),
         ("nearly all cells missing", by(&|cell, _| Random::at(cell).unit() > 0.8)),
