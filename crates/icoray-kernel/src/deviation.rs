@@ -282,6 +282,8 @@ mod tests {
         assert!((error(0.0, false) - 2.0 * through - 0.001).abs() < 1e-12);
         assert_eq!((error(1.0, true), error(1.21, true)), (1.0, 0.0), "a grazing ray, and one that passes by");
         assert!(error(1.2, true) > 0.1 && error(1.2, true) < 1.0);
+        let between = deviations.error_at_ends(DVec3::X * 1.001, DVec3::NEG_X, true);
+        assert_eq!(between, 1.0, "a ray that begins below the facets of one grid");
         let away = deviations.error_at_ends(DVec3::X * 3.0, DVec3::X, true);
         assert_eq!(away, 0.0);
     }

@@ -51,7 +51,7 @@ pub struct Options {
 }
 
 const COLUMNS: &str =
-    "grid,scene,tolerance,grid_s,grids_s,values_s,level,levels_s,ratio,reported,mean_reported,difference";
+    "grid,scene,tolerance,grid_s,grids_s,values_s,level,levels_s,ratio,reported,mean_reported,difference,cell_bytes";
 
 /// Measures all sizes and tolerances, prints a line for each and writes the table.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
@@ -63,7 +63,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     }
     let mut table = Table::create(options.out.join("levels.csv"), COLUMNS)?;
     let mut markdown = "| grid | scene | tolerance | model's grid s | making grids s | values s | level | s | ratio | error \
-                        reported, largest | mean | largest difference |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n"
+                        reported, largest | mean | largest difference | bytes per cell |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n"
         .to_owned();
     say!(out, "{}", table.heading())?;
     // Dense and lobes.
@@ -108,6 +108,7 @@ fn measure([finest, coarser]: &[Renderer; 2], sphere: &Sphere, scene: &Scene, fr
     let level = on_levels.report.quality.level.to_string();
     let seconds = |number: f64| format!("{number:.3}");
     let error = &on_levels.report.error;
+    let bytes = on_levels.report.bytes_derived - on_grid.report.bytes_derived;
     Ok(vec![
         seconds(grid_s),
         seconds(grids_s - values_s),
@@ -118,5 +119,6 @@ fn measure([finest, coarser]: &[Renderer; 2], sphere: &Sphere, scene: &Scene, fr
         format!("{:.1e}", error.max),
         format!("{:.1e}", error.mean),
         format!("{difference:.1e}"),
+        format!("{:.0}", bytes as f64 / grid.cells() as f64),
     ])
 }
