@@ -156,7 +156,8 @@ impl Study<'_> {
         let path = self.options.out.join(format!("{}.png", scene.name));
         write_pixels(&path, [scene.scene.width, scene.scene.height], pixels)?;
         let radius = job.layers.for_field(job.field.shape().layers)?.shell(scene.scene.exaggeration)?;
-        let ladders = ladders(radius[radius.len() - 1] - radius[0], lit, self.options.quick);
+        let thickness = radius[radius.len() - 1] - radius[0];
+        let ladders = ladders(thickness, job.grid.cells(), lit, self.options.quick);
         let runs = ladders.iter().map(Vec::len).sum::<usize>() * self.options.repeats.max(1);
         self.bar.set_length(runs as u64);
         self.bar.reset();

@@ -7,7 +7,7 @@ use plotters::prelude::*;
 use std::path::Path;
 
 /// Colours for the colour-blind (Okabe and Ito), the first for the subject of a chart.
-const COLORS: [RGBColor; 9] = [
+const COLORS: [RGBColor; 10] = [
     RGBColor(213, 94, 0),
     RGBColor(230, 159, 0),
     RGBColor(0, 0, 0),
@@ -17,6 +17,7 @@ const COLORS: [RGBColor; 9] = [
     RGBColor(120, 120, 120),
     RGBColor(204, 121, 167),
     RGBColor(120, 60, 150),
+    RGBColor(110, 70, 20),
 ];
 
 const SIZE: (u32, u32) = (900, 560);

@@ -1,6 +1,6 @@
 //! Findings of the runs on a scene: errors beyond the reported ones, and methods that are faster than the default one.
 
-use super::measure::{EXACT, EXACT_F64, MEASURES, Measure, Measured};
+use super::measure::{EXACT, EXACT_F64, LEVELS, MEASURES, Measure, Measured};
 use std::fmt::Write as _;
 
 #[derive(Debug, Clone)]
@@ -48,7 +48,7 @@ pub fn reported_errors(scene: &str, is_lit: bool, runs: &[Measured]) -> Finding 
 /// worse.
 pub fn fastest(scene: &str, runs: &[Measured]) -> Vec<Finding> {
     let exact = || runs.iter().filter(|m| m.run.series == EXACT);
-    let others = || runs.iter().filter(|m| ![EXACT, EXACT_F64].contains(&m.run.series));
+    let others = || runs.iter().filter(|m| ![EXACT, EXACT_F64, LEVELS].contains(&m.run.series));
     let of_measure = |Measure { title, error, .. }: &Measure| {
         let best = |m: &Measured| {
             let as_good = exact().filter(|run| error(run) <= error(m));
@@ -78,7 +78,7 @@ mod tests {
     fn measured(ladder: usize, rung: usize, seconds: f64, max: f64, violations: usize) -> Measured {
         let bound = BoundCheck { max: 1.0, median: 1.0, median_error: 0.0, violations, worst: 1.5, ratio: None };
         Measured {
-            run: ladders(0.1, false, true)[ladder][rung],
+            run: ladders(0.1, 10_242, false, true)[ladder][rung],
             seconds: vec![seconds],
             whole_s: seconds,
             samples: 1,

@@ -111,7 +111,11 @@ pub fn measure(
 
 fn render(job: &Job, run: &Run, renderer: &Renderer) -> Result<Picture> {
     let scene = Scene { precision: run.precision, ..job.scene.clone() };
-    run.method.render(&Job { scene: &scene, ..*job }, renderer)
+    let job = Job { scene: &scene, ..*job };
+    match run.level {
+        0 => run.method.render(&job, renderer),
+        level => run.method.render(&job, &Renderer::new(renderer.threads())?.on_level(level)),
+    }
 }
 
 pub const COLUMNS: &str = "scene,method,parameter,seconds_median,-seconds_min,-repeats,rmse,max_error,samples,\
@@ -121,6 +125,8 @@ pub const COLUMNS: &str = "scene,method,parameter,seconds_median,-seconds_min,-r
 pub const EXACT: &str = "exact";
 /// The same in double precision.
 pub const EXACT_F64: &str = "exact f64";
+/// The default method on coarser grids.
+pub const LEVELS: &str = "levels";
 
 /// One method at one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -129,8 +135,10 @@ pub struct Run {
     pub series: &'static str,
     pub method: Method,
     pub precision: Precision,
-    /// Tolerance or step in planet radii; `None` where there is neither.
+    /// Tolerance, step in planet radii or level; `None` where there is none.
     pub parameter: Option<f64>,
+    /// The level of detail; 0 is the grid itself.
+    pub level: u32,
 }
 
 impl Run {
@@ -143,13 +151,18 @@ impl Run {
 }
 
 /// The runs on a scene, a ladder for each series, from coarse to fine: steps from a 16th of the shell's `thickness` on
-/// halved, tolerances divided by 10. Those of a lit scene are the first of all.
-pub fn ladders(thickness: f64, lit: bool, quick: bool) -> Vec<Vec<Run>> {
+/// halved, tolerances divided by 10, and for an unlit scene the levels of a grid of `cells`. Those of a lit scene are
+/// the first of all.
+pub fn ladders(thickness: f64, cells: usize, lit: bool, quick: bool) -> Vec<Vec<Run>> {
+    /// Tolerance on levels, whose own errors are larger.
+    const ON_LEVELS: f64 = 1e-3;
+    /// Least number of cells of a level of [`Renderer::on_level`].
+    const LEAST_CELLS: usize = 100;
     let rungs = if quick { 3 } else { 7 };
     let exact = |series, precision| -> Vec<Run> {
         let run = |i: i32| {
             let tolerance = 10f64.powi(-1 - i);
-            Run { series, method: Method::Exact { tolerance }, precision, parameter: Some(tolerance) }
+            Run { series, method: Method::Exact { tolerance }, precision, parameter: Some(tolerance), level: 0 }
         };
         (0..rungs).map(run).collect()
     };
@@ -157,14 +170,27 @@ pub fn ladders(thickness: f64, lit: bool, quick: bool) -> Vec<Vec<Run>> {
         let run = |i: i32| {
             let step = thickness / 16.0 * 0.5f64.powi(i);
             let (method, precision) = (sampling.at(step), Precision::default());
-            Run { series: sampling.name(), method, precision, parameter: Some(step) }
+            Run { series: sampling.name(), method, precision, parameter: Some(step), level: 0 }
         };
         (0..rungs).map(run).collect()
     };
-    let paper = Run { series: "paper", method: Method::Paper, precision: Precision::default(), parameter: None };
+    let on_level = |level: u32| Run {
+        series: LEVELS,
+        method: Method::Exact { tolerance: ON_LEVELS },
+        precision: Precision::F32,
+        parameter: Some(level.into()),
+        level,
+    };
+    let precision = Precision::default();
+    let paper = Run { series: "paper", method: Method::Paper, precision, parameter: None, level: 0 };
     let mut ladders = vec![exact(EXACT, Precision::F32), exact(EXACT_F64, Precision::F64), vec![paper]];
     let all = Sampling::all(if quick { 64 } else { 256 });
     ladders.extend(all.into_iter().filter(|sampling| !lit || *sampling == Sampling::Uniform).map(steps));
+    // A level has a quarter of the cells of the one before, the first a sixteenth.
+    let levels: Vec<Run> = (1..).take_while(|level| cells >> (2 * level + 2) >= LEAST_CELLS).map(on_level).collect();
+    if !lit && !levels.is_empty() {
+        ladders.push(levels);
+    }
     ladders
 }
 
@@ -174,12 +200,15 @@ mod tests {
 
     #[test]
     fn every_series_has_a_ladder_and_lit_scenes_have_four() {
-        let names = |lit| ladders(0.16, lit, false).iter().map(|ladder| ladder[0].series).collect::<Vec<_>>();
+        let names = |lit| ladders(0.16, 10_242, lit, false).iter().map(|ladder| ladder[0].series).collect::<Vec<_>>();
         assert_eq!(names(true), [EXACT, EXACT_F64, "paper", "uniform"]);
-        assert_eq!((names(false).len(), &names(false)[..4]), (9, &names(true)[..]));
-        let exact = &ladders(0.16, false, false)[0];
+        assert_eq!((names(false).len(), &names(false)[..4]), (10, &names(true)[..]));
+        let unlit = ladders(0.16, 10_242, false, false);
+        let exact = &unlit[0];
         assert!((exact[6].parameter.unwrap() - 1e-7).abs() < 1e-20);
-        let uniform = &ladders(0.16, false, false)[3];
+        let uniform = &unlit[3];
         assert_eq!((uniform.len(), uniform[0].parameter, uniform[1].parameter), (7, Some(0.01), Some(0.005)));
+        let levels: Vec<u32> = unlit[9].iter().map(|run| run.level).collect();
+        assert_eq!(levels, [1, 2]);
     }
 }

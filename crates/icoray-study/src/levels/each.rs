@@ -2,7 +2,6 @@
 
 use super::Options;
 use crate::picture::write_pixels;
-use crate::plot::{Chart, Line};
 use crate::results::{Table, progress, replace_section, say, timed};
 use crate::scenes::{Dataset, StudyScene, all, data_directory, multi_scale, select};
 use icoray::{Field, Frame, Grid, Layers, Precision, Renderer, Result, Scene};
@@ -19,7 +18,7 @@ const TOLERANCES: [f64; 3] = [1e-1, 1e-2, 1e-4];
 const SHADES: [f64; 2] = [-5.0, 0.0];
 const COLUMNS: &str = "scene,drawn,s,half_differ,999_differ,most_differ,half_report,most_report,within_percent";
 
-/// Draws the levels of all three fields; prints and writes tables, charts and pictures.
+/// Draws the levels of all three fields; prints and writes a table, and pictures.
 pub(super) fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let mut study = Study {
         options,
@@ -123,7 +122,6 @@ impl Study<'_> {
             self.print(name, &format!("tolerance {tolerance:e}"), drawn)?;
         }
         let file = name.replace(' ', "_");
-        self.write_chart(&file, &levels, &tolerances)?;
         let sheet = Sheet { side: [scene.width, scene.height], levels: &levels };
         write_pixels(&self.options.out.join(format!("{file}.png")), sheet.size(), sheet.pixels())
     }
@@ -144,21 +142,6 @@ impl Study<'_> {
         ];
         self.markdown += &format!("| {} |\n", row.join(" | "));
         self.table.print(&row, &self.bar, self.out)
-    }
-
-    fn write_chart(&self, file: &str, levels: &[Drawn], tolerances: &[Drawn]) -> Result<()> {
-        let line = |name: &str, style, drawn: &[Drawn], of: fn(&Drawn) -> f64| {
-            let points = drawn.iter().map(|drawn| (drawn.seconds, of(drawn))).collect();
-            Line { name: name.to_owned(), style, points }
-        };
-        let lines = vec![
-            line("levels, reported (median)", 0, levels, |drawn| drawn.reported(0.5)),
-            line("levels, difference (99.9 %)", 1, levels, |drawn| drawn.difference(0.999)),
-            line("tolerances, reported (median)", 2, tolerances, |drawn| drawn.reported(0.5)),
-            line("tolerances, difference (99.9 %)", 3, tolerances, |drawn| drawn.difference(0.999)),
-        ];
-        let chart = Chart { title: file.to_owned(), x: "seconds".to_owned(), y: "error".to_owned(), lines };
-        chart.write(&self.options.out.join(format!("{file}.svg")))
     }
 }
 
