@@ -72,7 +72,7 @@ impl<'a> Series<'a> {
     /// The views that are rendered at a time, with their fields.
     ///
     /// # Errors
-    /// As [`SceneFields::of`] and [`Dataset::read_layers`].
+    /// As [`SceneFields::of`](crate::SceneFields::of) and [`Dataset::read_layers`].
     pub fn views_of(&self, drawing: Drawing, time: usize) -> Result<(Vec<&View>, FieldCache)> {
         let Drawing { scene_fields, renderer, .. } = drawing;
         let dataset = scene_fields.dataset;
