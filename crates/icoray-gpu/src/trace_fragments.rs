@@ -44,9 +44,9 @@ impl<'t> FragmentTrace<'t> {
         tiles: &'t [Tile],
     ) -> Result<Self, FallbackReason> {
         let mut bands = Bands::new(picture, field, tiles, true)?;
-        let owned = bits(own.triangles);
-        bands.bytes += size_of_val(owned.as_slice()) as u64;
-        let owned = picture.ctx.pooled_data("own triangles", &owned, BufferUsages::STORAGE)?;
+        let owned = own.triangles.words();
+        bands.bytes += size_of_val(owned) as u64;
+        let owned = picture.ctx.pooled_data("own triangles", owned, BufferUsages::STORAGE)?;
         let part = part(own, picture.job.extent()[0]);
         Ok(FragmentTrace { picture, bands, part, scene: picture.scene_buffers()?, owned })
     }
@@ -97,12 +97,6 @@ impl<'t> FragmentTrace<'t> {
 /// Number of fragments of some rays.
 fn count(rays: &[Passed]) -> usize {
     rays.iter().map(|ray| (ray.fragments & !layout::parts::LOST) as usize).sum()
-}
-
-/// Packs flags into words, the first one in the lowest bit.
-fn bits(flags: &[bool]) -> Vec<u32> {
-    let word = |flags: &[bool]| (0..).zip(flags).fold(0, |word, (k, is)| word | u32::from(*is) << k);
-    flags.chunks(32).map(word).collect()
 }
 
 /// The part's numbers in the shader, where `inner` is the least radius of the innermost layer.

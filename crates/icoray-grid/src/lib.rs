@@ -18,6 +18,7 @@ pub mod heights;
 mod layers;
 mod layout;
 pub mod macrocells;
+pub mod marks;
 pub mod memory;
 pub mod numbers;
 pub mod occupancy;

@@ -3,41 +3,34 @@
 use super::plane::RayLine;
 use glam::DVec3;
 use icoray_grid::Grid;
+use icoray_grid::marks::Marks;
 
 /// The triangles over whose columns a rank traces rays, and bounds of the position of these columns.
 #[derive(Debug, Clone)]
-pub struct OwnedRegion {
-    triangles: Vec<bool>,
-    /// The same marks, 32 in a word; the last word is zero.
-    words: Vec<u32>,
+pub struct OwnedRegion<'m> {
+    triangles: Marks<'m>,
     /// Axis of the cap around the triangles, and the cosine of the angle to the farthest of their vertices.
     cap: Option<(DVec3, f64)>,
     lowest_facet: f64,
 }
 
-impl OwnedRegion {
+impl<'m> OwnedRegion<'m> {
     /// The region of the triangles that are marked, by number. Its lowest facet is that of the unit sphere until
     /// [`Self::lower_facet`] is called.
-    pub fn new(grid: &Grid, triangles: Vec<bool>) -> Self {
-        let (cap, words) = (cap(grid, &triangles), words(&triangles));
-        OwnedRegion { triangles, words, cap, lowest_facet: 1.0 }
+    pub fn new(grid: &Grid, triangles: Marks<'m>) -> Self {
+        let cap = cap(grid, &triangles);
+        OwnedRegion { triangles, cap, lowest_facet: 1.0 }
     }
 
     /// Marks of all triangles.
-    pub fn triangles(&self) -> &[bool] {
+    pub fn triangles(&self) -> &Marks<'m> {
         &self.triangles
     }
 
     /// Whether a triangle is in the region; false for numbers out of range.
     #[inline]
     pub fn has(&self, triangle: u32) -> bool {
-        self.triangles.get(triangle as usize).is_some_and(|is_own| *is_own)
-    }
-
-    /// [`Self::triangles`] as bits of words, the lowest bit first. The last word is zero: an index that is lowered to it
-    /// finds no triangle.
-    pub(crate) fn words(&self) -> &[u32] {
-        &self.words
+        self.triangles.has(triangle as usize)
     }
 
     /// Smallest distance from the centre of any rank's facets, if layers are a unit sphere.
@@ -73,15 +66,10 @@ impl OwnedRegion {
     }
 }
 
-fn words(triangles: &[bool]) -> Vec<u32> {
-    let word = |marks: &[bool]| marks.iter().rev().fold(0, |word, is_own| word << 1 | u32::from(*is_own));
-    triangles.chunks(32).map(word).chain([0]).collect()
-}
-
 /// The cap around own triangles.
-fn cap(grid: &Grid, triangles: &[bool]) -> Option<(DVec3, f64)> {
-    let own = || (0u32..).zip(triangles).filter(|(_, is_own)| **is_own);
-    let vertices = || own().flat_map(|(t, _)| grid.triangle(t)).map(|cell| grid.direction(cell));
+fn cap(grid: &Grid, triangles: &Marks) -> Option<(DVec3, f64)> {
+    let own = || (0..grid.triangles() as u32).filter(|triangle| triangles.has(*triangle as usize));
+    let vertices = || own().flat_map(|t| grid.triangle(t)).map(|cell| grid.direction(cell));
     let axis = vertices().sum::<DVec3>().try_normalize();
     let axis = axis.or_else(|| vertices().next())?;
     Some((axis, vertices().fold(1.0, |least: f64, v| least.min(v.dot(axis)))))

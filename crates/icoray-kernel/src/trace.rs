@@ -22,7 +22,7 @@ pub enum Target<'t, 'r> {
     /// The light of each ray.
     Light(&'t mut Report<'r>),
     /// The fragments of each ray inside a region.
-    Fragments(&'t OwnedRegion, &'t mut FragmentReport<'r>),
+    Fragments(&'t OwnedRegion<'t>, &'t mut FragmentReport<'r>),
 }
 
 /// Traces rays, and finds the fragments of rays inside a part of the cells.

@@ -34,7 +34,7 @@ pub(crate) struct FieldValues<'f> {
     pub threads: &'f Threads,
     pub field: &'f Field<'f>,
     /// The rank's part of the grid, of which only own cells count; `None` is the whole grid.
-    pub part: Option<&'f Part>,
+    pub part: Option<&'f Part<'f>>,
 }
 
 /// What `work` returns for this rank's part, or that of all parts, joined by `join`; without a `part` the rank has all.

@@ -62,7 +62,7 @@ pub(crate) struct RenderInputs<'f> {
     pub scene: &'f Scene,
     pub grid: &'f Grid<'f>,
     /// The rank's part of the grid; `None` is the whole grid.
-    pub part: Option<&'f Part>,
+    pub part: Option<&'f Part<'f>>,
     pub layers: &'f Layers,
     pub fields: &'f Fields<'f>,
 }

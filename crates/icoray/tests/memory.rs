@@ -1,8 +1,19 @@
-//! The second and later frames of a grid allocate nothing that grows with the grid.
+//! The second and later frames of a grid allocate nothing that grows with the grid, and a rank keeps nothing of the
+//! cells of its node's other ranks.
 
-use icoray::{Field, Fields, Grid, Heights, IcosahedralMesh, Layers, Location, Renderer, Scene, Volume};
+use culled::{Culled, Mark, Style};
+use icoray::ranks::on_local_nodes;
+use icoray::{
+    Decomposition, Field, Fields, Grid, GridTables, Heights, IcosahedralMesh, Layers, Location, LonLat, Owned,
+    PartCells, Ranks, Renderer, Scene, Volume,
+};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use std::alloc::System;
+use std::f64::consts::TAU;
+use std::sync::{Barrier, Mutex};
+
+#[path = "suite/culled/mod.rs"]
+mod culled;
 
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
@@ -56,6 +67,7 @@ fn bytes_of_a_later_frame(level: u32, scene: &Scene, location: Location, others:
 #[test]
 fn later_frames_allocate_nothing_that_grows_with_the_grid() {
     general_frames_make_no_array_anew();
+    ranks_share_the_tables_of_their_node();
     let lit = "[light]\nkind = \"headlight\"";
     for (name, rest, location) in [
         ("unlit", "", Location::Center),
@@ -84,4 +96,53 @@ fn general_frames_make_no_array_anew() {
         println!("several fields, {heights} heights: {bytes} bytes of {values} values each");
         assert!(bytes < values, "{heights} heights: {bytes} bytes of {values} values each");
     }
+}
+
+/// Of a node's mesh there is one copy, whatever the number of its ranks: more of them keep no more for each cell.
+fn ranks_share_the_tables_of_their_node() {
+    let mesh = IcosahedralMesh::new(6).unwrap();
+    let [few, many] = [2, 8].map(|ranks| bytes_of_nodes(&mesh, ranks));
+    let of_cell_and_rank = (many - few) as f64 / (mesh.cells() * 6) as f64;
+    println!("2 ranks of a node keep {few} bytes, 8 keep {many}: {of_cell_and_rank:.2} per cell and rank");
+    // Halos along the borders of ranks.
+    assert!(of_cell_and_rank < 5.0, "{of_cell_and_rank}");
+}
+
+/// Bytes that the ranks of two nodes, `of_node` of each, keep of the parts on which they have agreed.
+fn bytes_of_nodes(mesh: &IcosahedralMesh, of_node: usize) -> isize {
+    let ranks = 2 * of_node;
+    // Slices between meridians, half of the sphere for each node.
+    let owner = |cell: usize| (mesh.lon_center_rad[cell].rem_euclid(TAU) / TAU * ranks as f64) as usize % ranks;
+    let part = |rank: usize| {
+        let mut is_here: Vec<bool> = (0..mesh.cells()).map(|cell| owner(cell) == rank).collect();
+        for row in mesh.corner_cell.as_chunks::<3>().0.iter().map(|row| row.map(|cell| cell as usize)) {
+            if row.into_iter().any(|cell| owner(cell) == rank) {
+                row.into_iter().for_each(|cell| is_here[cell] = true);
+            }
+        }
+        Culled::new(mesh, &is_here, Style::Triangles, Mark::MinusOne, 0)
+    };
+    let parts: Vec<Culled> = (0..ranks).map(part).collect();
+    let node_of: Vec<usize> = (0..ranks).map(|rank| rank / of_node).collect();
+    let (meeting, bytes) = (Barrier::new(ranks), Mutex::new(0));
+    let region = Region::new(ALLOCATOR);
+    on_local_nodes(&node_of, |team| {
+        let mut ranks = Ranks::new(team);
+        let rank = ranks.rank();
+        let cells = &parts[rank].cells;
+        let global: Vec<i32> = cells.iter().map(|cell| *cell as i32).collect();
+        let owned: Vec<i32> = cells.iter().map(|cell| i32::from(owner(*cell) == rank)).collect();
+        let grid = Grid::new(parts[rank].tables()).unwrap();
+        let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };
+        let decomposition = Decomposition::new(&mut ranks, &grid, &cells).unwrap();
+        let grid = grid.tables_only();
+        meeting.wait();
+        if rank == 0 {
+            let change = region.change();
+            *bytes.lock().unwrap() = change.bytes_allocated as isize - change.bytes_deallocated as isize;
+        }
+        meeting.wait();
+        drop((grid, decomposition));
+    });
+    bytes.into_inner().unwrap()
 }

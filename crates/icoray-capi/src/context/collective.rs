@@ -10,7 +10,7 @@ use crate::ranks::{Agreed, agree};
 use crate::types::icoray_status;
 use crate::viewer_message::ViewerMessage;
 use icoray_core::output::Stamp;
-use icoray_core::{Decomposition, PartCells, PartCorners, Ranks, Script};
+use icoray_core::{Decomposition, Grid, PartCells, PartCorners, Ranks, Script};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -81,13 +81,23 @@ impl Context {
         let mine = caught(|| {
             self.refuse_if_poisoned()?;
             let PartInput { grid, cells, corners } = part()?;
-            Ok((self.inputs.grid(grid, call)?.clone(), PartInput { grid, cells, corners }))
+            let mut input = self.inputs.grid(grid, call)?.clone();
+            if input.has_joined_part() {
+                let tables = *input.grid.tables();
+                input.grid = Arc::new(self.drawing.renderer().run(|| Grid::new(tables))?);
+            }
+            Ok((input, PartInput { grid, cells, corners }))
         });
         // Facts are not compared if this rank fails.
         let facts = mine.iter().map(|(_, part)| ("grid", format!("{:?}", part.grid))).collect();
-        let (input, PartInput { grid, cells, corners }) = self.agree_with(mine, call, facts, &()).outcome?;
+        let (input, PartInput { grid: name, cells, corners }) = self.agree_with(mine, call, facts, &()).outcome?;
         let decomposition = Decomposition::with_corners(&mut self.ranks, &input.grid, &cells, corners.as_ref())?;
-        self.inputs.grids.insert(grid.into(), GridInput { decomposition: Some(Arc::new(decomposition)), ..input });
+        let mut input = GridInput { decomposition: Some(Arc::new(decomposition)), ..input };
+        if input.has_joined_part() {
+            input.grid = Arc::new(input.grid.tables_only());
+        }
+        self.inputs.grids.insert(name.into(), input);
+        self.ranks.trim_heap();
         Ok(())
     }
 

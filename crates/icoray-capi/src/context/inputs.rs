@@ -24,6 +24,11 @@ pub(crate) struct GridInput {
 }
 
 impl GridInput {
+    /// Whether ranks draw the joined parts of their node, and this one's grid has its tables only.
+    pub fn has_joined_part(&self) -> bool {
+        matches!(self.decomposition.as_deref(), Some(Decomposition::Columns(columns)) if columns.has_parts())
+    }
+
     /// Number of columns of a field at `location` on this rank.
     fn columns_at(&self, location: Location) -> ColumnCount {
         let whole = ColumnCount::new(&self.grid, location);

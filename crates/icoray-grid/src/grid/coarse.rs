@@ -63,8 +63,7 @@ impl CoarseGrid {
         let at = &below.tables().center;
         let center = [at.lon_rad, at.lat_rad].map(|angle| cells.iter().map(|cell| angle.get(*cell as usize)).collect());
         let connectivity = Connectivity::new(&corner_cell, cells.len())?;
-        let cell_number = Vec::new();
-        let tables = OwnedTables { center, corner: [lon, lat], corner_cell, connectivity, cell_number };
+        let tables = OwnedTables { center, corner: [lon, lat], corner_cell, connectivity, ..OwnedTables::default() };
         Ok(CoarseGrid { grid: OwnedGrid::new(tables)?, cells })
     }
 

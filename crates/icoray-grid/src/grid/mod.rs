@@ -67,8 +67,10 @@ pub struct Grid<'a> {
     half_edges: Cow<'a, [HalfEdges]>,
     /// A data triangle at which searches start.
     start: u32,
-    /// Global number of each cell in the model; empty if it is the cell's row.
-    cell_number: &'a [i64],
+    /// Number of each cell in the whole grid, from 0; empty if it is the cell's row.
+    cell_number: &'a [u64],
+    /// The number of the whole grid's first cell in the model.
+    number_base: i64,
     /// The result of [`Self::lowest_facet`].
     lowest_facet: OnceLock<f64>,
     /// The result of [`Self::longest_side`].
@@ -111,6 +113,8 @@ impl<'a> Grid<'a> {
         check::cells(&tables)?;
         if has_hole {
             hole_filling::fill_holes(&tables, &mut direction, &mut half_edges)?;
+            direction.shrink_to_fit();
+            half_edges.shrink_to_fit();
         }
         check::covers(&direction, &half_edges, half_edges.len() > tables.corners())?;
         let rows = tables.corners();
@@ -122,6 +126,7 @@ impl<'a> Grid<'a> {
             half_edges: half_edges.into(),
             start,
             cell_number: &[],
+            number_base: 0,
             lowest_facet: OnceLock::new(),
             longest_side: OnceLock::new(),
             macrocells: OnceLock::new(),
@@ -135,8 +140,38 @@ impl<'a> Grid<'a> {
     pub(crate) fn cell_name(&self, cell: usize) -> String {
         let base = i64::from(self.tables.index_base);
         match self.cell_number.get(cell) {
-            Some(number) => format!("cell {number} of the whole grid"),
+            Some(number) => format!("cell {} of the whole grid", *number as i64 + self.number_base),
             None => format!("cell {} (counted from {base})", cell as i64 + base),
+        }
+    }
+
+    /// The number of each cell in the whole grid, from 0 and rising; empty if it is the cell's row.
+    pub fn cell_numbers(&self) -> &'a [u64] {
+        self.cell_number
+    }
+
+    /// A cell's number in the whole grid, from 0.
+    pub fn number(&self, cell: usize) -> u64 {
+        self.cell_number.get(cell).copied().unwrap_or(cell as u64)
+    }
+
+    /// The tables alone, without what rays read: for a part whose triangles are in a grid of several ranks. It has
+    /// numbers of cells and triangles, names and corners of cells; it cannot be drawn.
+    pub fn tables_only(&self) -> Self {
+        Grid {
+            tables: self.tables,
+            counts: self.counts,
+            direction: Cow::default(),
+            half_edges: Cow::default(),
+            start: self.start,
+            cell_number: self.cell_number,
+            number_base: self.number_base,
+            lowest_facet: OnceLock::new(),
+            longest_side: OnceLock::new(),
+            macrocells: OnceLock::new(),
+            shared_macrocells: None,
+            table_hashes: OnceLock::new(),
+            life: Arc::default(),
         }
     }
 
@@ -159,7 +194,7 @@ impl<'a> Grid<'a> {
     /// Number of triangles that fill the mesh's holes, numbered from [`Grid::triangles`] on; 0 for a whole sphere. Rays
     /// walk over them without reading values.
     pub fn void_triangles(&self) -> usize {
-        self.half_edges.len() - self.triangles()
+        self.half_edges.len().saturating_sub(self.triangles())
     }
 
     /// A description of the holes: their number and, for the first few, their void triangles and a corner on the rim.

@@ -16,8 +16,10 @@ pub struct OwnedTables {
     pub corner_cell: Vec<i32>,
     /// Cells and corners around each cell, and edges.
     pub connectivity: Connectivity,
-    /// The number of each cell in the model; empty if that is its row.
-    pub cell_number: Vec<i64>,
+    /// The number of each cell in the whole grid, from 0; empty if that is its row.
+    pub cell_number: Vec<u64>,
+    /// The number of the whole grid's first cell in the model.
+    pub number_base: i64,
 }
 
 impl OwnedTables {
@@ -64,7 +66,8 @@ impl OwnedGrid {
     /// As [`Grid::new`].
     pub fn new(tables: OwnedTables) -> Result<Self> {
         let grid = TablesAndGrid::try_new(tables, |tables| {
-            Ok(Grid { cell_number: &tables.cell_number, ..Grid::new(tables.tables())? })
+            let OwnedTables { cell_number, number_base, .. } = tables;
+            Ok(Grid { cell_number, number_base: *number_base, ..Grid::new(tables.tables())? })
         });
         grid.map(OwnedGrid)
     }

@@ -12,10 +12,13 @@ use std::sync::{Arc, OnceLock};
 const EMPTY: Indices<'static> = Indices::I32(&[]);
 
 impl OwnedGrid {
+    /// Number of arrays of a grid in a block; others may follow.
+    pub const ARRAYS: usize = 10;
+
     /// Calls `write` with the arrays of a block that [`Grid::of_block`] reads: latitudes and corners of cells, positions of
     /// corners, and all that derives from the tables, macrocells included, which are made for it. Rows of cells with
     /// fewer corners repeat one of them.
-    pub fn with_arrays<R>(&self, write: impl FnOnce(&[&[u8]]) -> R) -> R {
+    pub fn with_arrays<R>(&self, write: impl FnOnce([&[u8]; Self::ARRAYS]) -> R) -> R {
         let (grid, tables) = (self.grid(), self.tables());
         let numbers = [
             grid.cells() as u64,
@@ -24,9 +27,10 @@ impl OwnedGrid {
             u64::from(grid.start),
             grid.lowest_facet().to_bits(),
             grid.longest_side().to_bits(),
+            grid.number_base as u64,
         ];
         let [of_triangle, triangle_in] = grid.macrocells().arrays();
-        write(&[
+        write([
             bytemuck::cast_slice(&numbers),
             bytemuck::cast_slice(&tables.center[1]),
             bytemuck::cast_slice(&tables.corner[0]),
@@ -82,6 +86,7 @@ impl<'a> Grid<'a> {
             half_edges: arrays.read()?.into(),
             start: numbers[3] as u32,
             cell_number: arrays.read()?,
+            number_base: numbers[6] as i64,
             lowest_facet: lowest_facet.into(),
             longest_side: longest_side.into(),
             macrocells: OnceLock::new(),
@@ -106,11 +111,11 @@ mod tests {
             (points(0.02).collect(), (0..400).map(|i| 0.02 * f64::from(i / 20)).collect());
         let tables = OwnedTables::of_points(LonLat::of(&lon, &lat)).unwrap();
         let owned = OwnedGrid::new(tables).unwrap();
-        let bytes = owned.with_arrays(block::length);
+        let bytes = owned.with_arrays(|arrays| block::length(&arrays));
         let mut words = vec![0u64; bytes.div_ceil(8)];
         let memory: &mut [u8] = bytemuck::cast_slice_mut(&mut words);
         let put = |at: usize, bytes: &[u8]| memory[at..at + bytes.len()].copy_from_slice(bytes);
-        owned.with_arrays(|arrays| block::write(arrays, put));
+        owned.with_arrays(|arrays| block::write(&arrays, put));
         let (whole, read) = (owned.grid(), Grid::of_block(bytemuck::cast_slice(&words)).unwrap());
         assert!(read.void_triangles() > 0 && read.longest_side() < PI / 50.0);
         assert_eq!(read.half_edges(), whole.half_edges());

@@ -116,8 +116,8 @@ fn bad_heights_are_named_by_the_first_cell_and_the_layer_as_given() {
 fn cells_that_have_numbers_are_named_by_them() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let tables = OwnedTables::of_points(mesh.tables().center).unwrap();
-    let cell_number = (0..CELLS as i64).map(|cell| 7 * cell + 3).collect();
-    let numbered = OwnedGrid::new(OwnedTables { cell_number, ..tables }).unwrap();
+    let cell_number = (0..CELLS as u64).map(|cell| 7 * cell + 2).collect();
+    let numbered = OwnedGrid::new(OwnedTables { cell_number, number_base: 1, ..tables }).unwrap();
     assert_eq!(numbered.grid().cell_name(500), "cell 3503 of the whole grid");
 }
 

@@ -21,8 +21,8 @@ use icoray_simd::{Machine, Table, Wide};
 
 /// The runs of each lane's ray inside a region.
 pub(super) struct Runs<'o, V: Machine> {
-    region: &'o OwnedRegion,
-    /// [`OwnedRegion::words`].
+    region: &'o OwnedRegion<'o>,
+    /// The words of its marks.
     own: Table<'o, u32>,
     /// Lanes inside the region, and the distances at which they entered it.
     open: u32,
@@ -35,9 +35,9 @@ pub(super) struct Runs<'o, V: Machine> {
 }
 
 impl<'o, V: Machine> Runs<'o, V> {
-    /// Lanes without rays; `own` are the region's words.
+    /// Lanes without rays; `own` are the words of its marks.
     #[inline(always)]
-    pub fn new(simd: V, region: &'o OwnedRegion, own: Table<'o, u32>) -> Self {
+    pub fn new(simd: V, region: &'o OwnedRegion<'o>, own: Table<'o, u32>) -> Self {
         Runs {
             region,
             own,

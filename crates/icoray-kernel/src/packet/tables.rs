@@ -26,19 +26,19 @@ pub(super) struct Tables<'t> {
     pub volumes: Option<VolumeTables<'t>>,
     /// The deviations from a finer grid: the number of gaps over a triangle, and [`Deviations::words`].
     pub deviations: Option<(u32, Table<'t, u32>)>,
-    /// The region of the requested fragments, and [`OwnedRegion::words`].
-    pub own: Option<(&'t OwnedRegion, Table<'t, u32>)>,
+    /// The region of the requested fragments, and the words of its marks.
+    pub own: Option<(&'t OwnedRegion<'t>, Table<'t, u32>)>,
 }
 
 impl<'t> Tables<'t> {
     /// The tables of a frame; `None` where they are too long for gathers. Rays do not leap.
-    pub fn new(frame: &'t PacketFrame<'_>, region: Option<&'t OwnedRegion>) -> Option<Self> {
+    pub fn new(frame: &'t PacketFrame<'_>, region: Option<&'t OwnedRegion<'t>>) -> Option<Self> {
         let slopes = match frame.shading {
             Some(_) => Slopes::new(frame.gradients, frame.packets.shell.layers())?,
             None => Slopes::None,
         };
         let own = match region {
-            Some(region) => Some((region, Table::new(region.words())?)),
+            Some(region) => Some((region, Table::new(region.triangles().words())?)),
             None => None,
         };
         let deviations = match frame.packets.deviations {

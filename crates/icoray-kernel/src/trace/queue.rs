@@ -25,7 +25,7 @@ pub(crate) struct Clip<'o> {
     /// Radius of the sphere to which rays are clipped.
     pub outer: f64,
     /// A region that rays must approach, and the inner radius of its columns.
-    pub region: Option<(&'o OwnedRegion, f64)>,
+    pub region: Option<(&'o OwnedRegion<'o>, f64)>,
 }
 
 impl Clip<'_> {

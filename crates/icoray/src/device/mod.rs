@@ -10,6 +10,7 @@ mod scenery;
 
 pub use crate::raster::Rect;
 pub use fields::{FieldId, MAX_FIELDS, SceneField};
+pub use icoray_grid::marks::Marks;
 pub use icoray_kernel::Fragment;
 pub use icoray_kernel::general::{ClipRegion, PaintedPlace, SurfaceHeight as SurfacePlace};
 pub use icoray_kernel::shade::Shading;
@@ -110,8 +111,8 @@ pub trait Device: fmt::Debug + Send + Sync {
 /// The own triangles of a rank's part, or all triangles with data.
 #[derive(Debug, Clone, Copy)]
 pub struct OwnedColumns<'p> {
-    /// Whether each triangle is own.
-    pub triangles: &'p [bool],
+    /// Marks of the own triangles, by number.
+    pub triangles: &'p Marks<'p>,
     /// Lowest height of any rank's facets, for a layer that is a unit sphere: deeper below the innermost layer, nothing
     /// is searched behind an opaque core.
     pub lowest_facet: f64,

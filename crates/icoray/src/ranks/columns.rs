@@ -16,7 +16,7 @@ use super::node_fields::{GatherTarget, NodeFields, Stored, display_name};
 use super::node_ranks::NodeRanks;
 use super::owners::{CellOwners, OwnCorners};
 use super::supply::{ColumnLookup, Rows, Supply};
-use super::{NodeMemory, Part, RankMessages, Ranks, bad};
+use super::{NodeMemory, RankMessages, Ranks, bad};
 use crate::fields::Fields;
 use icoray_grid::heights::check_corner_columns;
 use icoray_grid::threads::Threads;
@@ -79,13 +79,11 @@ impl Columns {
         let node = NodeRanks::find(ranks)?;
         let corner = own_corners.as_ref().map(OwnCorners::numbers);
         let numbers = Numbers { grid, global: &global, owner: &owner, corner, rank: ranks.rank() };
-        let (mut node_grid, mesh_numbers) = NodeGrid::join(ranks, &numbers, &node)?;
-        let mesh = ranks.collective(NodeMesh::new(&node_grid, &mesh_numbers))?;
+        let (node_grid, mesh_numbers) = NodeGrid::join(ranks, &numbers, &node)?;
+        let mesh = ranks.collective(NodeMesh::new(node_grid.grid(), &mesh_numbers))?;
         let lookup = ranks.collective_work(|| Ok(ColumnLookup::new(&numbers)))?;
         let [center, corner] = Supply::of_parts(ranks, (&numbers, &lookup), &mesh, &node, own_corners.as_ref())?;
         let halo = Some(Arc::new(CornerHalo::find(ranks, &numbers, &lookup, own_corners.as_ref())?));
-        let is_one = node.mates().len() == ranks.size();
-        node_grid.part = if is_one { None } else { Some(Part::of_node(ranks, &mesh, &node)?) };
         ranks.keep_node(mesh_numbers);
         let node_grid = Some(Arc::new(node_grid));
         let (has_corner_numbers, partners) = (own_corners.is_some(), BTreeSet::new());
@@ -106,7 +104,7 @@ impl Columns {
     /// As [`Decomposition::drawn_grid`](super::Decomposition::drawn_grid).
     pub(super) fn drawn_grid<'g>(&'g self, own: &'g Grid<'g>) -> Option<&'g Grid<'g>> {
         let node = self.node_grid.as_ref();
-        node.map_or(Some(own), |node| node.part.is_none().then(|| node.grid()))
+        node.map_or(Some(own), |node| node.part().is_none().then(|| node.grid()))
     }
 
     /// Number of columns of a field of this rank.

@@ -67,7 +67,6 @@ impl Decomposition {
         let (odd, other) = ranks.reduce_values(mine, |a, b| (lowest(a.0, b.0), lowest(a.1, b.1)))?;
         let Some((odd, rows, all)) = odd else {
             let columns = Columns::of_parts(ranks, grid, cells, corners)?;
-            ranks.trim_heap();
             return Ok(Decomposition::Columns(Box::new(columns)));
         };
         if let Some((other, cells)) = other {

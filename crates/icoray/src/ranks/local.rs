@@ -8,8 +8,7 @@ use crossbeam_channel::{Receiver, Sender, unbounded};
 use icoray_grid::Result;
 use std::collections::BTreeMap;
 use std::panic::resume_unwind;
-use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
 /// The results of `work` on each rank of [`local_nodes`], a thread each.
@@ -110,26 +109,42 @@ pub struct LocalMessages {
     rank: usize,
     to: Arc<[Sender<Addressed>]>,
     from: Receiver<Addressed>,
-    meeting: Arc<AtomicUsize>,
-    /// The count of the meeting at which all ranks have entered this rank's current one.
+    meetings: Arc<Meetings>,
+    /// The number of entries at which all ranks have entered this rank's current meeting.
     awaited: Option<usize>,
-    meetings: usize,
+    /// This rank's entries.
+    entered: usize,
     /// Those that [`Messages::duplicate`] has yet to return.
     duplicate: Option<Box<LocalMessages>>,
+}
+
+/// The meetings of all ranks.
+#[derive(Debug, Default)]
+struct Meetings {
+    /// Entries of all ranks.
+    entered: Mutex<usize>,
+    /// All have entered one.
+    met: Condvar,
+}
+
+impl Meetings {
+    fn entered(&self) -> MutexGuard<'_, usize> {
+        self.entered.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// Messages with a duplicate each.
 fn local_messages(size: usize) -> Vec<LocalMessages> {
     let one_of = || {
         let (to, from): (Vec<_>, Vec<_>) = (0..size).map(|_| unbounded()).unzip();
-        let (to, meeting): (Arc<[_]>, _) = (to.into(), Arc::default());
+        let (to, meetings): (Arc<[_]>, _) = (to.into(), Arc::default());
         from.into_iter().enumerate().map(move |(rank, from)| LocalMessages {
             rank,
             to: Arc::clone(&to),
             from,
-            meeting: Arc::clone(&meeting),
+            meetings: Arc::clone(&meetings),
             awaited: None,
-            meetings: 0,
+            entered: 0,
             duplicate: None,
         })
     };
@@ -141,6 +156,19 @@ impl LocalMessages {
     /// This thread's rank.
     pub fn rank(&self) -> usize {
         self.rank
+    }
+
+    /// The number of entries at which all ranks have entered the current meeting, which this rank enters.
+    fn awaited(&mut self) -> usize {
+        *self.awaited.get_or_insert_with(|| {
+            let mut entered = self.meetings.entered();
+            *entered += 1;
+            if entered.is_multiple_of(self.to.len()) {
+                self.meetings.met.notify_all();
+            }
+            self.entered += 1;
+            self.entered * self.to.len()
+        })
     }
 }
 
@@ -158,16 +186,20 @@ impl Messages for LocalMessages {
     }
 
     fn try_meet(&mut self) -> Result<bool> {
-        let awaited = *self.awaited.get_or_insert_with(|| {
-            self.meeting.fetch_add(1, SeqCst);
-            self.meetings += 1;
-            self.meetings * self.to.len()
-        });
-        let have_met = self.meeting.load(SeqCst) >= awaited;
+        let awaited = self.awaited();
+        let have_met = *self.meetings.entered() >= awaited;
         if have_met {
             self.awaited = None;
         }
         Ok(have_met)
+    }
+
+    fn meet(&mut self) -> Result<()> {
+        let awaited = self.awaited();
+        let entered = self.meetings.met.wait_while(self.meetings.entered(), |entered| *entered < awaited);
+        drop(entered.unwrap_or_else(PoisonError::into_inner));
+        self.awaited = None;
+        Ok(())
     }
 
     fn duplicate(&mut self) -> Result<Box<dyn Messages>> {

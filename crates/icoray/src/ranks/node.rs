@@ -225,9 +225,9 @@ impl Ranks {
         Ok(NodeMemory { is_refused, ..node })
     }
 
-    /// Returns freed memory of this rank's process to the system: joining parts takes several times what remains of it.
-    /// Not collective.
-    pub(super) fn trim_heap(&self) {
+    /// Returns freed memory of this rank's process to the system: joining parts takes several times what remains of it
+    /// and of the rank's own grid ([`Grid::tables_only`](icoray_grid::Grid::tables_only)). Not collective.
+    pub fn trim_heap(&self) {
         // Other threads of a process would wait.
         if self.team.as_ref().is_some_and(|team| matches!(team.sharing, Sharing::Files)) {
             icoray_shared_memory::trim_heap();

@@ -119,8 +119,8 @@ impl NodeFields {
     }
 
     /// Marks of the node's own cells, if there are other nodes with parts.
-    pub fn part(&self) -> Option<&Part> {
-        self.grid.as_ref()?.part.as_ref()
+    pub fn part(&self) -> Option<&Part<'_>> {
+        self.grid.as_ref()?.part()
     }
 
     /// As [`Columns::table_bytes`](super::Columns::table_bytes).

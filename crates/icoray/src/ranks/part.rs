@@ -12,6 +12,7 @@ use super::node_ranks::NodeRanks;
 use super::{RankLists, Ranks};
 use crate::device::OwnedColumns;
 use bytemuck::Pod;
+use icoray_grid::marks::Marks;
 use icoray_grid::{CenterField, Error, ErrorKind, Grid, OwnedReals, Result};
 use icoray_kernel::owned_region::OwnedRegion;
 use std::f64::consts::PI;
@@ -21,11 +22,9 @@ type CellsOfRanks = RankLists<u32>;
 
 /// A part of a grid, agreed on by all ranks.
 #[derive(Debug, Clone)]
-pub(crate) struct Part {
-    /// Number of each cell in the whole grid, from 0.
-    numbers: Vec<u64>,
-    owns_cell: Vec<bool>,
-    region: OwnedRegion,
+pub(crate) struct Part<'m> {
+    owns_cell: Marks<'m>,
+    region: OwnedRegion<'m>,
     /// For each rank, the own cells whose values it needs.
     sends: CellsOfRanks,
     /// For each rank, the halo cells whose values it sends, in the order of sending.
@@ -36,12 +35,20 @@ pub(crate) struct Part {
     node: NodeRanks,
 }
 
-impl Part {
-    /// The part that the ranks of a node share. Collective.
-    pub(super) fn of_node(ranks: &mut Ranks, mesh: &NodeMesh, node: &NodeRanks) -> Result<Self> {
-        let owns_cell = mesh.owner.iter().map(|owner| node.is_mate(*owner as usize)).collect();
+/// Marks of own cells, as `owns_cell` states them, and of own triangles.
+pub(super) fn marks(grid: &Grid, owns_cell: impl Fn(usize) -> bool) -> [Marks<'static>; 2] {
+    let cells = Marks::new((0..grid.cells()).map(owns_cell));
+    let lowest = |triangle: u32| grid.triangle(triangle).into_iter().min().unwrap_or(0);
+    let owns = |triangle: u32| grid.is_triangle(triangle) && cells.has(lowest(triangle) as usize);
+    let triangles = Marks::new((0..grid.triangles() as u32).map(owns));
+    [cells, triangles]
+}
+
+impl<'m> Part<'m> {
+    /// The part that the ranks of a node share, with these [`marks`]. Collective.
+    pub(super) fn of_node(ranks: &mut Ranks, mesh: &NodeMesh, marks: [Marks<'m>; 2], node: &NodeRanks) -> Result<Self> {
         let partners = node_partners(ranks, mesh, node)?;
-        Part::of_mates(ranks, mesh.grid, mesh.global.to_vec(), owns_cell, partners, node.clone())
+        Part::of_mates(ranks, mesh.grid, marks, partners, node.clone())
     }
 
     /// The share of this rank in a grid that every rank has whole: a range of rows. Collective.
@@ -50,35 +57,22 @@ impl Part {
     /// [`ErrorKind::Mpi`] when the transport fails.
     pub fn of_whole(ranks: &mut Ranks, grid: &Grid) -> Result<Self> {
         let (rank, size) = (ranks.rank(), ranks.size());
-        let owns_cell = (0..grid.cells()).map(|cell| cell * size / grid.cells() == rank).collect();
+        let marks = marks(grid, |cell| cell * size / grid.cells() == rank);
         // It has all that gradients and averages of halo cells are computed from.
-        let (numbers, none) = ((0..grid.cells() as u64).collect(), Default::default());
-        Part::of_mates(ranks, grid, numbers, owns_cell, none, NodeRanks::alone(rank))
+        Part::of_mates(ranks, grid, marks, Default::default(), NodeRanks::alone(rank))
     }
 
-    /// The part of `grid` whose cells have these numbers, which rise, shared by `node`; `sends` and `receives` are the
+    /// The part of `grid` with these marks of own cells and triangles, shared by `node`; `sends` and `receives` are the
     /// cells of its halo exchange. Collective.
     fn of_mates(
         ranks: &mut Ranks,
         grid: &Grid,
-        numbers: Vec<u64>,
-        owns_cell: Vec<bool>,
+        [owns_cell, triangles]: [Marks<'m>; 2],
         (sends, receives): (CellsOfRanks, CellsOfRanks),
         node: NodeRanks,
     ) -> Result<Self> {
-        let lowest = |triangle: u32| grid.triangle(triangle).into_iter().min().unwrap_or(0);
-        let owns = |triangle: u32| grid.is_triangle(triangle) && owns_cell[lowest(triangle) as usize];
-        let owns_triangle = (0..grid.triangles() as u32).map(owns).collect();
-        let mut part = Part {
-            numbers,
-            region: OwnedRegion::new(grid, owns_triangle),
-            owns_cell,
-            sends,
-            receives,
-            covered: 0.0,
-            cells: 0,
-            node,
-        };
+        let region = OwnedRegion::new(grid, triangles);
+        let mut part = Part { region, owns_cell, sends, receives, covered: 0.0, cells: 0, node };
         // Each part counts once.
         let mine = if part.node.is_leader() { part.extent(grid) } else { (1.0, 0.0, 0) };
         let both = |a: (f64, f64, u64), b: (f64, f64, u64)| (a.0.min(b.0), a.1 + b.1, a.2 + b.2);
@@ -105,17 +99,12 @@ impl Part {
 
     /// Whether this rank counts a cell in sums over all ranks: exactly one rank counts each cell.
     pub fn counts(&self, cell: usize) -> bool {
-        self.owns_cell[cell] && self.node.has_share(cell)
-    }
-
-    /// A cell's number in the whole grid, from 0.
-    pub fn number(&self, cell: usize) -> u64 {
-        self.numbers[cell]
+        self.owns(cell) && self.node.has_share(cell)
     }
 
     /// Whether a cell is this part's own.
     pub fn owns(&self, cell: usize) -> bool {
-        self.owns_cell[cell]
+        self.owns_cell.has(cell)
     }
 
     /// Whether a triangle is this part's own; false for numbers out of range.
@@ -125,7 +114,7 @@ impl Part {
     }
 
     /// Own triangles and their extent.
-    pub fn region(&self) -> &OwnedRegion {
+    pub fn region(&self) -> &OwnedRegion<'m> {
         &self.region
     }
 
@@ -179,7 +168,7 @@ impl Part {
 
     /// The lowest radius of own facets, the solid angle of own triangles and the number of own cells.
     fn extent(&self, grid: &Grid) -> (f64, f64, u64) {
-        let cells = self.owns_cell.iter().filter(|is_own| **is_own).count() as u64;
+        let cells = (0..grid.cells()).filter(|cell| self.owns(*cell)).count() as u64;
         let (mut lowest_facet, mut area) = (1.0f64, 0.0);
         for triangle in (0..grid.triangles() as u32).filter(|t| self.has(*t)) {
             let [a, b, c] = grid.triangle(triangle).map(|cell| grid.direction(cell));
@@ -201,7 +190,7 @@ fn node_partners(ranks: &mut Ranks, mesh: &NodeMesh, node: &NodeRanks) -> Result
     for (row, owner) in (0u32..).zip(owners) {
         // This rank's own node has no partner.
         if let Some(partner) = partners.get(&owner) {
-            requests.entry(*partner).or_default().push(mesh.global[row as usize]);
+            requests.entry(*partner).or_default().push(mesh.grid.number(row as usize));
             receives.entry(*partner).or_default().push(row);
         }
     }

@@ -48,7 +48,7 @@ impl Supply {
         let center = lookup.cells_for(ranks, numbers, mesh, node)?;
         let corner = lookup.corners_for(ranks, mesh, node, own_corners)?;
         let grid = numbers.grid;
-        let center = Supply { count: grid.cells(), rows: mesh.global.len(), ..center };
+        let center = Supply { count: grid.cells(), rows: mesh.grid.cells(), ..center };
         let corner = Supply { count: grid.triangles(), rows: mesh.corners.len(), ..corner };
         let receivers = [&center, &corner].map(|supply| supply.others.len());
         Ok([center.with_maxima(ranks, receivers[0])?, corner.with_maxima(ranks, receivers[1])?])
@@ -66,6 +66,7 @@ impl Supply {
         let others = self.others.values().map(Vec::len).max().unwrap_or(0);
         let counts = [self.own.len(), others, self.rows, receivers];
         self.max = ranks.reduce_values(counts, |a, b| std::array::from_fn(|k| a[k].max(b[k])))?;
+        self.own.shrink_to_fit();
         Ok(self)
     }
 
@@ -105,7 +106,7 @@ impl ColumnLookup {
     fn cells_for(&self, ranks: &mut Ranks, numbers: &Numbers, mesh: &NodeMesh, node: &NodeRanks) -> Result<Supply> {
         let mut requests = RankLists::new();
         let mut supply = Supply::default();
-        for (row, (cell, owner)) in (0u32..).zip(mesh.global.iter().zip(mesh.owner)) {
+        for (row, (cell, owner)) in (0u32..).zip(mesh.grid.cell_numbers().iter().zip(mesh.owner)) {
             if let Some(column) = self.cells.get(cell) {
                 supply.own.push((*column, row));
             } else if node.has_share(*owner as usize) && !node.is_mate(*owner as usize) {

@@ -23,7 +23,7 @@ pub(super) struct FrameContext<'f> {
     pub plan: &'f Plan,
     pub grid: &'f Grid<'f>,
     /// This rank's part of the grid; `None` is the whole grid.
-    pub part: Option<&'f Part>,
+    pub part: Option<&'f Part<'f>>,
     /// Whether every rank has the whole grid and all values, even if it draws only a part.
     pub has_whole: bool,
     /// The distribution of the picture over ranks.

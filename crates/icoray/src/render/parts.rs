@@ -5,7 +5,7 @@ use super::context::FrameContext;
 use super::device::OnDevice;
 use super::work::{Work, background_blend, primary_rays, ray};
 use crate::compose::{Composer, ReceivedTile, TileFragments};
-use crate::device::OwnedColumns;
+use crate::device::{Marks, OwnedColumns};
 use crate::plan::budget::allowed;
 use crate::ranks::{Part, RankMessages, Ranks, TileAssignment, Traced, read_fragments};
 use crate::raster::{Pixel, Raster, Tile, Tiling, sample_points};
@@ -123,7 +123,7 @@ impl Work<'_, '_> {
         give: &(dyn Fn(Tile) + Sync),
     ) -> Vec<u32> {
         let grid = self.context.grid;
-        let triangles: Vec<bool> = (0..grid.triangles() as u32).map(|triangle| grid.is_triangle(triangle)).collect();
+        let triangles = Marks::new((0..grid.triangles() as u32).map(|triangle| grid.is_triangle(triangle)));
         let lowest_facet = self.context.lowest_facet();
         let own = OwnedColumns { triangles: &triangles, lowest_facet, middle: [0.0; 3], reach: f64::INFINITY };
         let composer = self.composer(quality);

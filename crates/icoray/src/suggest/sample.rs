@@ -49,9 +49,9 @@ impl Sample {
         let step = step(part.cells() as usize, layers) as u64;
         let column = |cell: usize| -> Column {
             let values = (0..layers).map(|layer| field.value(cell, layer)).collect();
-            (part.number(cell), grid.direction(cell as u32).to_array(), values)
+            (grid.number(cell), grid.direction(cell as u32).to_array(), values)
         };
-        let is_taken = |cell: &usize| part.counts(*cell) && part.number(*cell).is_multiple_of(step);
+        let is_taken = |cell: &usize| part.counts(*cell) && grid.number(*cell).is_multiple_of(step);
         let for_root = RankLists::from([(0, (0..grid.cells()).filter(is_taken).map(column).collect())]);
         let received = ranks.exchange_lists::<Column>(&for_root)?;
         let mut columns: Vec<Column> = received.into_values().flatten().collect();

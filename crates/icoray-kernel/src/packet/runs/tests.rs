@@ -15,6 +15,7 @@ use crate::walk::tests::culled::{Culled, Mark, Style, holes};
 use fearless_simd::Level;
 use glam::DVec3;
 use icoray_grid::gradient::{GradientOptions, Gradients, gradients};
+use icoray_grid::marks::Marks;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::samples::Samples;
 use icoray_grid::{Field, Grid, IcosahedralMesh, Location, Shape};
@@ -34,7 +35,7 @@ struct Model<'g> {
     knots: Vec<KernelKnot>,
     /// The visible blocks; everything is visible without them.
     blocks: Vec<u32>,
-    own: OwnedRegion,
+    own: OwnedRegion<'static>,
 }
 
 impl<'g> Model<'g> {
@@ -52,7 +53,7 @@ impl<'g> Model<'g> {
         ];
         let middle = |t: u32| grid.triangle(t).map(|cell| grid.direction(cell)).into_iter().sum::<DVec3>().normalize();
         let owns = |t: u32| grid.is_triangle(t) && is_own(middle(t), t);
-        let own = OwnedRegion::new(grid, (0..grid.triangles() as u32).map(owns).collect());
+        let own = OwnedRegion::new(grid, Marks::new((0..grid.triangles() as u32).map(owns)));
         Model { grid, values, knots, blocks: Vec::new(), own }
     }
 

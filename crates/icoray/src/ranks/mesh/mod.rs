@@ -7,9 +7,11 @@
 mod piece;
 
 use super::node_ranks::NodeRanks;
+use super::part::marks;
 use super::wire::{decode, encode};
 use super::{NodeMemory, Part, RankMessages, Ranks, bad};
 use icoray_grid::grid::{OwnedGrid, OwnedTables};
+use icoray_grid::marks::Marks;
 use icoray_grid::threads::Threads;
 use icoray_grid::{Connectivity, Error, ErrorKind, Grid, Result, block};
 use piece::{CellRow, NodePiece};
@@ -22,9 +24,8 @@ const MISSING: i32 = -1;
 
 /// A node's mesh.
 pub(super) struct NodeMesh<'n> {
+    /// Its cells have numbers in the whole grid.
     pub grid: &'n Grid<'n>,
-    /// Number of each cell in the whole grid, rising.
-    pub global: &'n [u64],
     /// Rank that owns each cell.
     pub owner: &'n [u32],
     /// Key of each corner, equal on all ranks.
@@ -35,33 +36,26 @@ pub(super) struct NodeMesh<'n> {
 
 impl<'n> NodeMesh<'n> {
     /// The mesh of a grid and the `numbers` beside it.
-    pub fn new(grid: &'n NodeGrid, numbers: &'n NodeMemory) -> Result<Self> {
+    pub fn new(grid: &'n Grid<'n>, numbers: &'n NodeMemory) -> Result<Self> {
         let numbers = numbers.bytes();
-        Ok(NodeMesh {
-            grid: grid.grid(),
-            global: block::array(numbers, 0)?,
-            owner: block::array(numbers, 1)?,
-            corners: block::array(numbers, 2)?,
-            reporter: block::array(numbers, 3)?,
-        })
+        let (owner, corners) = (block::array(numbers, 0)?, block::array(numbers, 1)?);
+        Ok(NodeMesh { grid, owner, corners, reporter: block::array(numbers, 2)? })
     }
 
     /// The row of a cell of the whole grid.
     pub fn row(&self, global: u64) -> Option<u32> {
-        self.global.binary_search(&global).ok().map(|row| row as u32)
+        self.grid.cell_numbers().binary_search(&global).ok().map(|row| row as u32)
     }
 }
 
 /// The grid that the ranks of a node have together, in memory that they share. The leader joins the parts.
 #[derive(Debug)]
 pub(crate) struct NodeGrid {
-    grid: SharedGrid,
+    tables: SharedTables,
     /// Bytes of its tables and of those derived from them, if this rank wrote them.
     pub bytes: usize,
     /// Whether some ranks have their own memory although they should share it.
     pub is_refused: bool,
-    /// The node's own part of it, if there are other nodes.
-    pub part: Option<Part>,
 }
 
 impl NodeGrid {
@@ -70,69 +64,96 @@ impl NodeGrid {
     pub(super) fn join(ranks: &mut Ranks, numbers: &Numbers, node: &NodeRanks) -> Result<(Self, NodeMemory)> {
         let piece = ranks.collective_work(|| Ok(encode(&numbers.piece(node))))?;
         let base = i64::from(numbers.grid.tables().index_base);
-        let mut joined = JoinedMesh::at(ranks, &[node.leader()], &piece, base)?;
+        let mut joined = JoinedMesh::at(ranks, node, &[node.leader()], &piece, base)?;
         let mine = joined.as_ref().map_or([0; 2], |mesh| mesh.lengths);
         let most = ranks.reduce_values(mine, |a, b| std::array::from_fn(|k| a[k].max(b[k])))?;
-        let (mut numbers, mut grid) = (ranks.take_node(most[0])?, ranks.take_node(most[1])?);
-        let is_refused = numbers.is_refused || grid.is_refused;
+        let (mut numbers, mut tables) = (ranks.take_node(most[0])?, ranks.take_node(most[1])?);
+        let is_refused = numbers.is_refused || tables.is_refused;
         if is_refused {
-            joined = JoinedMesh::at(ranks, node.mates(), &piece, base)?;
+            joined = JoinedMesh::at(ranks, node, node.mates(), &piece, base)?;
         }
         let mut bytes = 0;
         numbers.write(ranks, |put| {
             joined.iter().for_each(|mesh| block::write(&mesh.numbers(), &mut *put));
             Ok(())
         })?;
-        grid.write(ranks, |put| {
+        tables.write(ranks, |put| {
             let Some(mesh) = &joined else { return Ok(()) };
             bytes = mesh.lengths[1];
-            mesh.grid.with_arrays(|arrays| block::write(arrays, put));
+            mesh.with_tables(|arrays| block::write(arrays, put));
             Ok(())
         })?;
         drop(joined);
-        let grid = SharedGrid::try_new(grid, |memory| Grid::of_block(memory.bytes()));
-        Ok((NodeGrid { grid: ranks.collective(grid)?, bytes, is_refused, part: None }, numbers))
+        let tables = SharedTables::try_new(tables, |memory| Tables::read(ranks, memory, &numbers, node))?;
+        Ok((NodeGrid { tables, bytes, is_refused }, numbers))
     }
 
     pub fn grid(&self) -> &Grid<'_> {
-        self.grid.borrow_dependent()
+        &self.tables.borrow_dependent().grid
+    }
+
+    /// The node's own part of the grid, if there are other nodes.
+    pub fn part(&self) -> Option<&Part<'_>> {
+        self.tables.borrow_dependent().part.as_ref()
+    }
+}
+
+/// What the ranks of a node read in its memory.
+struct Tables<'m> {
+    grid: Grid<'m>,
+    part: Option<Part<'m>>,
+}
+
+impl<'m> Tables<'m> {
+    /// Collective.
+    fn read(ranks: &mut Ranks, memory: &'m NodeMemory, numbers: &NodeMemory, node: &NodeRanks) -> Result<Self> {
+        let grid = ranks.collective(Grid::of_block(memory.bytes()))?;
+        if node.mates().len() == ranks.size() {
+            return Ok(Tables { grid, part: None });
+        }
+        let words = |number: usize| Ok(Marks::of_words(block::array(memory.bytes(), OwnedGrid::ARRAYS + number)?));
+        let marks = ranks.collective_work(|| Ok([words(0)?, words(1)?]))?;
+        let mesh = ranks.collective(NodeMesh::new(&grid, numbers))?;
+        let part = Some(Part::of_node(ranks, &mesh, marks, node)?);
+        Ok(Tables { grid, part })
     }
 }
 
 self_cell!(
-    /// A grid in the memory of a node.
-    struct SharedGrid {
+    /// A grid and its part in the memory of a node.
+    struct SharedTables {
         owner: NodeMemory,
         #[covariant]
-        dependent: Grid,
+        dependent: Tables,
     }
 );
 
-impl fmt::Debug for SharedGrid {
+impl fmt::Debug for SharedTables {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "grid of {} cells in a node's memory", self.borrow_dependent().cells())
+        write!(f, "grid of {} cells in a node's memory", self.borrow_dependent().grid.cells())
     }
 }
 
 /// A node's mesh in memory of the rank that joined it.
 struct JoinedMesh {
     grid: OwnedGrid,
-    global: Vec<u64>,
     owner: Vec<u32>,
     corners: Vec<Corner>,
     reporter: Vec<u32>,
-    /// Lengths of the blocks of [`Self::numbers`] and of the grid.
+    /// Of the node's own cells and triangles.
+    marks: [Marks<'static>; 2],
+    /// Lengths of the blocks of [`Self::numbers`] and of [`Self::with_tables`].
     lengths: [usize; 2],
 }
 
 impl JoinedMesh {
     /// Sends this rank's `piece` to the ranks `to`, and joins those that it receives. Collective.
-    fn at(ranks: &mut Ranks, to: &[usize], piece: &[u8], base: i64) -> Result<Option<Self>> {
+    fn at(ranks: &mut Ranks, node: &NodeRanks, to: &[usize], piece: &[u8], base: i64) -> Result<Option<Self>> {
         let received = ranks.exchange(to.iter().map(|rank| (*rank, piece.to_vec())).collect())?;
-        ranks.collective_work(|| (!received.is_empty()).then(|| Self::of(&received, base)).transpose())
+        ranks.collective_work(|| (!received.is_empty()).then(|| Self::of(&received, node, base)).transpose())
     }
 
-    fn of(received: &RankMessages, base: i64) -> Result<Self> {
+    fn of(received: &RankMessages, node: &NodeRanks, base: i64) -> Result<Self> {
         let (mut cells, mut corners, mut reporter, mut outer) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (rank, bytes) in received {
             let piece: NodePiece = decode(bytes)?;
@@ -147,28 +168,28 @@ impl JoinedMesh {
         outer.sort_by_key(Corner::key);
         outer.dedup_by_key(|corner| corner.key());
         corners.append(&mut outer);
-        let global: Vec<u64> = cells.iter().map(|cell| cell.global).collect();
-        let cell_number = global.iter().map(|number| *number as i64 + base).collect();
-        let tables = OwnedTables { cell_number, ..tables(&cells, &global, &corners)? };
+        let cell_number: Vec<u64> = cells.iter().map(|cell| cell.global).collect();
+        let tables = tables(&cells, &cell_number, &corners)?;
+        let tables = OwnedTables { cell_number, number_base: base, ..tables };
+        let owner: Vec<u32> = cells.iter().map(|cell| cell.owner).collect();
         // A thread of its own: neither uses the caller's threads nor starts the process-wide pool.
-        let (grid, length) = Threads::new(1)?.run(|| {
+        Threads::new(1)?.run(|| {
             let grid = OwnedGrid::new(tables)?;
-            let length = grid.with_arrays(block::length);
-            Ok((grid, length))
-        })?;
-        let owner = cells.iter().map(|cell| cell.owner).collect();
-        let mut mesh = JoinedMesh { grid, global, owner, corners, reporter, lengths: [0, length] };
-        mesh.lengths[0] = block::length(&mesh.numbers());
-        Ok(mesh)
+            let marks = marks(grid.grid(), |cell| node.is_mate(owner[cell] as usize));
+            let mut mesh = JoinedMesh { grid, owner, corners, reporter, marks, lengths: [0; 2] };
+            mesh.lengths = [block::length(&mesh.numbers()), mesh.with_tables(block::length)];
+            Ok(mesh)
+        })
     }
 
-    fn numbers(&self) -> [&[u8]; 4] {
-        [
-            bytemuck::cast_slice(&self.global),
-            bytemuck::cast_slice(&self.owner),
-            bytemuck::cast_slice(&self.corners),
-            bytemuck::cast_slice(&self.reporter),
-        ]
+    /// Calls `write` with the arrays of the grid and the words of its marks.
+    fn with_tables<R>(&self, write: impl FnOnce(&[&[u8]]) -> R) -> R {
+        let marks = self.marks.each_ref().map(|marks| bytemuck::cast_slice(marks.words()));
+        self.grid.with_arrays(|arrays| write(&[&arrays[..], &marks].concat()))
+    }
+
+    fn numbers(&self) -> [&[u8]; 3] {
+        [bytemuck::cast_slice(&self.owner), bytemuck::cast_slice(&self.corners), bytemuck::cast_slice(&self.reporter)]
     }
 }
 
@@ -195,7 +216,7 @@ fn tables(cells: &[CellRow], global: &[u64], corners: &[Corner]) -> Result<Owned
         corner: [corner_places(0), corner_places(1)],
         corner_cell,
         connectivity,
-        cell_number: Vec::new(),
+        ..OwnedTables::default()
     })
 }
 
