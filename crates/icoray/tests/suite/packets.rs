@@ -1,20 +1,16 @@
 //! Packets of rays, in single precision, against single rays in double precision, pixel by pixel: one volume on layers
 //! at heights of their own over each cell, and scenes of more than one volume.
 
-use crate::common::{
-    Model, at_centers, bits, columns_of, count_beyond, difference, even_heights, over_columns, pixel_difference,
-    scene_of,
-};
+use crate::common::{Model, bits, count_beyond, difference, even_heights, over_columns, pixel_difference, scene_of};
 use crate::contents::*;
-use crate::culled::{Culled, Mark, Style, holes};
-use icoray::{Fields, Heights, Layers, Precision, Renderer, Savings, Scene};
+use icoray::{Heights, Layers, Precision, Renderer, Savings, Scene};
 use itertools::iproduct;
 
 const LAYERS: usize = 12;
-pub const EXAGGERATION: f64 = 60.0;
+const EXAGGERATION: f64 = 60.0;
 /// Metres.
 pub const TOP: f64 = 20e3;
-pub const EARTH_M: f64 = 6.371e6;
+const EARTH_M: f64 = 6.371e6;
 
 const CAMERAS: [&str; 3] = [
     "lon = 20\nlat = 35\ndistance = 3.2\nfov = 45",
@@ -137,19 +133,6 @@ fn packets_show_the_pictures_of_single_rays() {
 }
 
 #[test]
-fn packets_show_one_volume_on_native_heights() {
-    let model = waves(4, LAYERS);
-    let steps = STEPS.replace("\"g\"", "\"f\"");
-    for (tolerance, (i, camera), (k, light)) in
-        iproduct!(["1e-2", "1e-3", "1e-4", "1e-5"], CAMERAS.into_iter().enumerate(), LIGHTS.into_iter().enumerate())
-    {
-        let keys = format!("tolerance = {tolerance}\n{}", CORES[(i + k) % 2]);
-        let transfer = [FULL, THIN, &steps][(i + k) % 3];
-        compare(&model, &scene(transfer, &keys, camera, light), &format!("{keys} {camera} {transfer} {light}"));
-    }
-}
-
-#[test]
 fn fields_lie_midway_between_layers_too() {
     let mut model = waves(3, LAYERS);
     model.layers = Layers::from_heights(&even_heights(LAYERS + 1, TOP), EARTH_M).unwrap();
@@ -184,23 +167,6 @@ fn threads_change_no_bit() {
         scene.scenery.heights = Heights::Mean;
         let [one, three] = [1, 3].map(|threads| bits(&model.draw_by(&Renderer::new(threads).unwrap(), &scene)));
         assert!(one == three, "{i}");
-    }
-}
-
-/// Rays pass void triangles, below which the core is round.
-#[test]
-fn meshes_with_holes_are_those_of_the_general_kernel() {
-    let whole = waves(3, LAYERS);
-    for (i, (name, stays)) in holes(whole.mesh).into_iter().enumerate().step_by(3) {
-        let culled = Culled::new(whole.mesh, &stays, Style::Corners, Mark::MinusOne, 0);
-        let grid = culled.grid();
-        let values = columns_of(&whole.values[0], &culled.cells, LAYERS);
-        let heights = columns_of(&whole.heights, &culled.cells, LAYERS);
-        let fields = Fields::new([("f", at_centers(&values, LAYERS))]).with_heights(at_centers(&heights, LAYERS));
-        let scene = scene(FULL, CORES[0], CAMERAS[i % 3], LIGHTS[i % 3]);
-        let [packets, exact] = [scene.clone(), general(&scene)]
-            .map(|scene| Renderer::new(2).unwrap().render(&scene, &grid, &whole.layers, fields.clone()).unwrap());
-        assert_eq!(count_beyond(&packets, &exact, f32::EPSILON), 0, "{name}, {}", LIGHTS[i % 3]);
     }
 }
 

@@ -107,12 +107,11 @@ struct Tables<'m> {
 impl<'m> Tables<'m> {
     /// Collective.
     fn read(ranks: &mut Ranks, memory: &'m NodeMemory, numbers: &NodeMemory, node: &NodeRanks) -> Result<Self> {
-        let grid = ranks.collective(Grid::of_block(memory.bytes()))?;
+        let words = |number: usize| block::array(memory.bytes(), OwnedGrid::ARRAYS + number).map(Marks::of_words);
+        let (grid, marks) = ranks.collective_work(|| Ok((Grid::of_block(memory.bytes())?, [words(0)?, words(1)?])))?;
         if node.mates().len() == ranks.size() {
             return Ok(Tables { grid, part: None });
         }
-        let words = |number: usize| Ok(Marks::of_words(block::array(memory.bytes(), OwnedGrid::ARRAYS + number)?));
-        let marks = ranks.collective_work(|| Ok([words(0)?, words(1)?]))?;
         let mesh = ranks.collective(NodeMesh::new(&grid, numbers))?;
         let part = Some(Part::of_node(ranks, &mesh, marks, node)?);
         Ok(Tables { grid, part })
