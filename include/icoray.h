@@ -1030,10 +1030,10 @@ icoray_status icoray_points_set(struct icoray_ctx *ctx,
  * columns of the fields (icoray_part). It is called after icoray_grid_set of that grid, and again after each further
  * one (ICORAY_ERR_ORDER if no grid was set). The tables of `part` are read during the call only.
  *
- * Each node assembles the fields, and with parts the grid, which takes memory for the tables of the node's cells on
- * each rank. If there is one node, or with columns, ranks render tiles: bitwise the picture of one rank with the whole
- * grid and fields. With parts on several nodes, each node renders its cells in the whole picture, and the fragments
- * of rays are exchanged and composed.
+ * Each node assembles the fields, and with parts the grid, in memory that its ranks share. If there is one node, or
+ * with columns, ranks render tiles: bitwise the picture of one rank with the whole grid and fields. With parts on
+ * several nodes, each node renders its cells in the whole picture, and the fragments of rays are exchanged and
+ * composed.
  *
  * Collective over the communicator of icoray_open, with a grid of the same name on all ranks. A failure on one rank
  * is the status of all ranks: ICORAY_ERR_GRID if a cell or corner is owned by two ranks or by none, a number occurs

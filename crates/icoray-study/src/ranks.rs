@@ -134,10 +134,6 @@ impl<'w> Simulation<'w> {
         Ok(Simulation { sphere, parts, whole, scenes, frames })
     }
 
-    pub fn cells(&self) -> usize {
-        self.sphere.mesh.cells()
-    }
-
     /// For each scene the frame (of all but the first) with the least seconds of its busiest rank.
     fn frames(&self, ranks: usize, node_ranks: usize) -> Result<Vec<Vec<RankFrame>>> {
         let node_of: Vec<usize> = (0..ranks).map(|rank| rank.checked_div(node_ranks).unwrap_or(0)).collect();
@@ -180,13 +176,12 @@ impl<'w> Simulation<'w> {
         mut on_frame: impl FnMut(&Ranks, FrameReport) -> R,
     ) -> Result<Vec<R>> {
         let local = self.parts.as_ref().map(|parts| &parts[ranks.rank()]);
-        let mut own = local.map(|part| Grid::new(part.tables.tables())).transpose()?;
-        let grid = own.as_ref().or(self.whole.as_ref()).expect("ranks have parts or the whole grid");
+        let own = local.map(|part| Grid::new(part.tables.tables())).transpose()?;
         let values = local.map_or(&self.sphere.values, |part| &part.values);
         let field = Field::level_fastest(values, self.sphere.layers.count(), Location::Center)?;
-        let decomposition = local.map(|local| Decomposition::new(&mut ranks, grid, &local.cells())).transpose()?;
-        let has_joined = ranks.size() > 1;
-        own = own.map(|own| if has_joined { own.tables_only() } else { own });
+        let decompose = |(part, grid): (&MeshPart, &Grid)| Decomposition::new(&mut ranks, grid, &part.cells());
+        let decomposition = local.zip(own.as_ref()).map(decompose).transpose()?;
+        let own = own.map(|grid| if ranks.size() > 1 { grid.tables_only() } else { grid });
         let grid = own.as_ref().or(self.whole.as_ref()).expect("ranks have parts or the whole grid");
         let mut results = Vec::new();
         for scene in self.scenes.iter().flat_map(|scene| std::iter::repeat_n(scene, self.frames)) {
