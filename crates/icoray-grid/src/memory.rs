@@ -17,6 +17,11 @@ const SMALL: u64 = 64 << 20;
 /// assert!(available.is_none_or(|bytes| bytes > 0));
 /// ```
 pub fn available() -> Option<u64> {
+    available_to_each(1)
+}
+
+/// As [`available`], where this many processes of the machine share its memory and that of the control group.
+fn available_to_each(processes: u64) -> Option<u64> {
     let asked = RefreshKind::nothing().with_memory(MemoryRefreshKind::everything());
     let mut system = System::new_with_specifics(asked);
     let machine = system.available_memory().saturating_add(system.free_swap());
@@ -30,7 +35,8 @@ pub fn available() -> Option<u64> {
     let space = virtual_memory.and_then(|used| address_space()?.checked_sub(used));
     // sysinfo reads the limits of the root of the hierarchy only, from 0.39 on those of the process, for Rust 1.95.
     let group = left_by_control_groups(Path::new("/"));
-    [Some(machine), group, space].into_iter().flatten().min()
+    let shared = [Some(machine), group].into_iter().flatten().min();
+    shared.map(|bytes| bytes / processes).into_iter().chain(space).min()
 }
 
 /// Bytes that the control groups of this process and all groups above them leave, versions 1 and 2; `None` without a
@@ -42,23 +48,27 @@ fn left_by_control_groups(root: &Path) -> Option<u64> {
         let [_, controllers, path] = line.splitn(3, ':').collect::<Vec<_>>().try_into().ok()?;
         let path = path.trim_start_matches('/');
         match controllers.split(',').find(|controller| matches!(*controller, "" | "memory"))? {
-            "" => left_by_group(&root.join("sys/fs/cgroup"), path, "memory.max", "anon "),
-            _ => left_by_group(&root.join("sys/fs/cgroup/memory"), path, "memory.limit_in_bytes", "total_rss "),
+            "" => left_by_group(&root.join("sys/fs/cgroup"), path, "memory.max", ["anon ", "shmem "]),
+            _ => {
+                let used = ["total_rss ", "total_shmem "];
+                left_by_group(&root.join("sys/fs/cgroup/memory"), path, "memory.limit_in_bytes", used)
+            }
         }
     });
     left.min()
 }
 
-/// The least number of bytes that a group in the hierarchy `mount` and the groups above it leave. Their cached files do
-/// not count: the system drops them when memory is short.
-fn left_by_group(mount: &Path, path: &str, limit: &str, used: &str) -> Option<u64> {
+/// The least number of bytes that a group in the hierarchy `mount` and the groups above it leave beside what these count
+/// as `used`: memory of processes, and memory that they share. Their cached files do not count: the system drops them
+/// when memory is short.
+fn left_by_group(mount: &Path, path: &str, limit: &str, used: [&str; 2]) -> Option<u64> {
     let group = mount.join(path);
     let folders = group.ancestors().take_while(|folder| folder.starts_with(mount));
     let left = folders.filter_map(|folder| {
         let limit: u64 = read_to_string(folder.join(limit)).ok()?.trim().parse().ok()?;
         let statistics = read_to_string(folder.join("memory.stat")).ok()?;
-        let used: u64 = statistics.lines().find_map(|line| line.strip_prefix(used)?.parse().ok())?;
-        Some(limit.saturating_sub(used))
+        let of = |name: &str| statistics.lines().find_map(|line| line.strip_prefix(name)?.parse::<u64>().ok());
+        Some(limit.saturating_sub(of(used[0])? + of(used[1]).unwrap_or(0)))
     });
     left.min()
 }
@@ -79,7 +89,20 @@ fn address_space() -> Option<u64> {
 /// # Errors
 /// [`ErrorKind::Memory`] states the bytes needed, available and missing.
 pub fn require(what: &str, bytes: u64, limit: Option<u64>) -> Result<()> {
-    let known = limit.or_else(|| if bytes < SMALL { None } else { available() });
+    require_each(what, bytes, limit, 1)
+}
+
+/// As [`require`], in each of a number of processes of this machine that allocate as much at once: without a limit they
+/// have equal shares of the available memory.
+///
+/// # Errors
+/// As [`require`].
+pub fn require_each(what: &str, bytes: u64, limit: Option<u64>, processes: usize) -> Result<()> {
+    let processes = processes as u64;
+    let is_small = bytes.saturating_mul(processes) < SMALL;
+    let each = format!("{what}, in each of {processes} processes of this machine");
+    let what = if limit.is_none() && processes > 1 { &each } else { what };
+    let known = limit.or_else(|| if is_small { None } else { available_to_each(processes) });
     match known.filter(|known| *known < bytes) {
         Some(known) => Err(short(what, bytes, Some(known))),
         None => Ok(()),
@@ -138,8 +161,13 @@ mod tests {
         assert_eq!(error.kind(), ErrorKind::Memory);
         assert_eq!(error.context(), "a table: 5000 bytes (4.88 KiB) are needed, 4096 are available, 904 are missing");
         require("a table", 4096, Some(4096)).unwrap();
+        require_each("a table", 4096, Some(4096), 8).unwrap();
         require("a table", SMALL - 1, None).unwrap();
         // More than any machine has.
+        if let Some(available) = available() {
+            let error = require_each("a table", available / 2, None, 1000).unwrap_err();
+            assert!(error.context().starts_with("a table, in each of 1000 processes of this machine: "), "{error}");
+        }
         let error = require("a table", 1 << 55, None).unwrap_err();
         assert!(error.context().contains("(33554432.00 GiB) are needed"), "{error}");
     }
@@ -168,13 +196,13 @@ mod tests {
         assert_eq!(left_by_control_groups(&root), None);
         for (group, limit) in [("job/step/user", "max"), ("job/step", "9000"), ("job", "5000")] {
             write(&format!("sys/fs/cgroup/{group}/memory.max"), &format!("{limit}\n"));
-            write(&format!("sys/fs/cgroup/{group}/memory.stat"), "file 4000\nanon 1000\n");
+            write(&format!("sys/fs/cgroup/{group}/memory.stat"), "file 4000\nanon 900\nshmem 100\n");
         }
         assert_eq!(left_by_control_groups(&root), Some(4000));
         // In a container the group's path is that of the host, and its limit is at the root.
         write("proc/self/cgroup", "5:cpu,memory:/host/id\n1:pids:/host/id\n");
         write("sys/fs/cgroup/memory/memory.limit_in_bytes", "3000\n");
-        write("sys/fs/cgroup/memory/memory.stat", "rss 1\ntotal_rss 500\n");
+        write("sys/fs/cgroup/memory/memory.stat", "rss 1\ntotal_rss 400\ntotal_shmem 100\n");
         assert_eq!(left_by_control_groups(&root), Some(2500));
         std::fs::remove_dir_all(&root).unwrap();
     }

@@ -126,7 +126,7 @@ impl Communicator for MpiCommunicator {
         self.is_given_up.store(true, Relaxed);
     }
 
-    fn place_on_host(&self) -> Result<[usize; 2]> {
+    fn place_on_host(&self) -> Result<[usize; 3]> {
         let (comm, key) = (self.handle, self.rank as c_int);
         let host = MpiCommunicator::new("MPI_Comm_split_type", self.is_given_up.clone(), |new| {
             // SAFETY: a communicator of ours and a handle that is written.
@@ -136,7 +136,7 @@ impl Communicator for MpiCommunicator {
         // SAFETY: a number on each rank, there until the call returns.
         let code = unsafe { ffi::MPI_Bcast((&raw mut leader).cast(), 1, ffi::RSMPI_UINT64_T, 0, host.handle) };
         check("MPI_Bcast", code)?;
-        Ok([host.rank, leader as usize])
+        Ok([host.rank, host.size, leader as usize])
     }
 }
 

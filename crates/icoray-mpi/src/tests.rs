@@ -166,7 +166,7 @@ fn ranks_of_a_node_share_memory() {
     on_ranks(&[1, 2, 3, 4], "ranks_of_a_node_share_memory", |team| {
         const MINE: usize = 50_001;
         let (rank, size) = (team.rank(), team.size());
-        assert_eq!((team.node_leader(), team.node_rank()), (0, rank));
+        assert_eq!((team.node_leader(), team.node_rank(), team.node_size()), (0, rank, size));
         let mut shared = Vec::new();
         // Two at a time, of which the first goes first.
         for more in [0, 7] {

@@ -185,13 +185,14 @@ impl Communicator for PyCommunicator {
         self.is_given_up.store(true, Relaxed);
     }
 
-    fn place_on_host(&self) -> Result<[usize; 2]> {
+    fn place_on_host(&self) -> Result<[usize; 3]> {
         attached(|py| {
             let mpi = self.mpi.bind(py);
             let shared = mpi.getattr("COMM_TYPE_SHARED")?;
             let group = self.handle.bind(py).call_method1("Split_type", (shared, self.rank))?;
             let host = PyCommunicator::new(mpi, group, self.is_given_up.clone())?;
-            Ok([host.rank, host.handle.bind(py).call_method1("bcast", (self.rank, 0))?.extract()?])
+            let leader = host.handle.bind(py).call_method1("bcast", (self.rank, 0))?.extract()?;
+            Ok([host.rank, host.size, leader])
         })
     }
 }

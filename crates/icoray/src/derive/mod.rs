@@ -79,14 +79,15 @@ impl DerivedFieldCache {
         }
     }
 
-    /// Checks that the derived fields of a scene fit into `limit` or the system's free memory, beside those of the
-    /// previous frame. Each is assumed to be as large as the first of `fields`.
-    fn require(&self, scene: &Scene, fields: &Fields, limit: Option<u64>) -> Result<()> {
+    /// Checks that the derived fields of a scene fit into `limit` or, in each of a number of processes, into the system's
+    /// free memory, beside those of the previous frame. Each is assumed to be as large as the first of `fields`.
+    fn require(&self, scene: &Scene, fields: &Fields, limit: Option<u64>, processes: usize) -> Result<()> {
         let held =
             self.memory.lock().unwrap_or_else(PoisonError::into_inner).iter().map(OwnedReals::bytes).sum::<usize>();
         // A frame without fields is refused where fields are read.
         let needed = fields.first("").map_or(0, |field| bytes(scene, field));
-        memory::require("derived fields", needed.saturating_sub((held + self.first_bytes()) as u64), limit)
+        let missing = needed.saturating_sub((held + self.first_bytes()) as u64);
+        memory::require_each("derived fields", missing, limit, processes)
     }
 
     /// The field's values in the first frame; stores the current ones if there are none.
@@ -139,7 +140,8 @@ pub(crate) fn make(
     if given.scene.scenery.derived.is_empty() {
         return Ok(DerivedFields::default());
     }
-    let has_room = ranks.attempt(|| kept.require(given.scene, given.fields, limit));
+    let processes = ranks.node_size();
+    let has_room = ranks.attempt(|| kept.require(given.scene, given.fields, limit, processes));
     let needed = needed_derivations(given.scene);
     let described = needed.iter().map(|(derivation, _)| format!("{:?} = {:?}", derivation.name, derivation.how));
     // Otherwise the collective calls of zonal means would not match.

@@ -51,9 +51,9 @@ impl FrameMemory {
         self.parts().iter().map(|(_, bytes)| bytes).sum()
     }
 
-    /// Checks that they fit into `limit` or, without one, into the system's free memory.
-    pub(crate) fn require(&self, limit: Option<u64>) -> Result<()> {
-        memory::require(&format!("a frame ({self})"), self.total(), limit)
+    /// Checks that they fit into `limit` or, without one, in each of a number of processes into the system's free memory.
+    pub(crate) fn require(&self, limit: Option<u64>, processes: usize) -> Result<()> {
+        memory::require_each(&format!("a frame ({self})"), self.total(), limit, processes)
     }
 }
 

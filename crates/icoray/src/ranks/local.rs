@@ -51,7 +51,8 @@ pub fn local_nodes_over<M: Messages + 'static>(
     let team = local_messages(node_of.len()).into_iter().zip(node_of).map(|(messages, node)| {
         let rank = messages.rank;
         let (node_leader, ranks, written) = nodes.entry(*node).or_insert_with(|| (rank, 0, Arc::default()));
-        let place = Place { rank, size: node_of.len(), node_rank: *ranks, node_leader: *node_leader };
+        let node_size = node_of.iter().filter(|other| *other == node).count();
+        let place = Place { rank, size: node_of.len(), node_rank: *ranks, node_size, node_leader: *node_leader };
         *ranks += 1;
         Team::new(Box::new(wrap(messages)), place, Sharing::Threads(Arc::clone(written)))
     });

@@ -127,8 +127,9 @@ pub trait Communicator: fmt::Debug + Send + Sized + 'static {
     /// collective.
     fn give_up(&self);
 
-    /// This process's number among those of its host, from 0, and the rank of the first of these. Collective.
-    fn place_on_host(&self) -> Result<[usize; 2]>;
+    /// This process's number among those of its host, from 0, their number, and the rank of the first of them.
+    /// Collective.
+    fn place_on_host(&self) -> Result<[usize; 3]>;
 }
 
 /// Messages in flight on a communicator.

@@ -141,6 +141,11 @@ impl Ranks {
         self.team.as_ref().map_or(0, Team::node_rank)
     }
 
+    /// Number of processes of this node, this one included.
+    pub(crate) fn node_size(&self) -> usize {
+        self.team.as_ref().map_or(1, Team::node_size)
+    }
+
     /// Number of ranks of this node, this one included, that may run on some of the processors of `mask`, a bit for
     /// each; an empty mask stands for all of them. Collective.
     ///

@@ -46,6 +46,8 @@ pub(super) struct Place {
     pub size: usize,
     /// Its number among the ranks of its node, from 0.
     pub node_rank: usize,
+    /// Number of ranks of its node.
+    pub node_size: usize,
     /// The first rank of its node.
     pub node_leader: usize,
 }
@@ -84,8 +86,8 @@ impl fmt::Debug for Team {
 impl Team {
     /// The ranks of `comm`, which is freed on drop. Collective.
     pub fn over<C: Communicator>(comm: C) -> Result<Self> {
-        let [node_rank, node_leader] = comm.place_on_host()?;
-        let place = Place { rank: comm.rank(), size: comm.size(), node_rank, node_leader };
+        let [node_rank, node_size, node_leader] = comm.place_on_host()?;
+        let place = Place { rank: comm.rank(), size: comm.size(), node_rank, node_size, node_leader };
         Ok(Team::new(Box::new(MessageQueue::new(comm)), place, Sharing::Files))
     }
 
@@ -256,6 +258,11 @@ impl Team {
     /// This process's number among those of its node, from 0.
     pub fn node_rank(&self) -> usize {
         self.place.node_rank
+    }
+
+    /// Number of ranks of this one's node.
+    pub fn node_size(&self) -> usize {
+        self.place.node_size
     }
 
     /// The number of the first rank of this one's node.

@@ -23,8 +23,9 @@ impl FieldSummary {
     /// The summary of the first field. Collective.
     pub fn of(context: &FrameContext, ranks: &mut Ranks) -> Result<Self> {
         let FrameContext { renderer, scene, plan, part, start, .. } = *context;
+        let processes = ranks.node_size();
         let range = || {
-            check_memory(context)?;
+            check_memory(context, processes)?;
             Ok(match part {
                 Some(part) => context.fields[0].field().range_over(Some(&|cell| part.counts(cell))),
                 None => context.range(0),
@@ -67,15 +68,15 @@ fn some_gradients<S: PreparedSample>(context: &FrameContext, data: &[S]) {
     drop(gradient::gradients(grid, &plan.radius, samples, cells, wanted, Gradients::none()));
 }
 
-/// Checks that the memory of the frame is within the limit.
-fn check_memory(context: &FrameContext) -> Result<()> {
+/// Checks that the memory of the frame, in each of a node's `processes`, is within the limit.
+fn check_memory(context: &FrameContext, processes: usize) -> Result<()> {
     let FrameContext { renderer, scene, plan, grid, part, .. } = *context;
     if !context.needs_scene() {
         return Ok(());
     }
     let fits = |counts_cells: bool| {
         let all = plan.memory_with(scene, grid, part.is_some(), renderer.savings, counts_cells);
-        renderer.frame_cache.missing(all).require(renderer.memory_limit)
+        renderer.frame_cache.missing(all).require(renderer.memory_limit, processes)
     };
     // Counts cells only if gradients at all of them do not fit.
     fits(false).or_else(|_| fits(true))

@@ -105,7 +105,7 @@ struct Tables<'m> {
 }
 
 impl<'m> Tables<'m> {
-    /// Collective.
+    /// The grid and, if there are other nodes, the node's part of it. Collective.
     fn read(ranks: &mut Ranks, memory: &'m NodeMemory, numbers: &NodeMemory, node: &NodeRanks) -> Result<Self> {
         let words = |number: usize| block::array(memory.bytes(), OwnedGrid::ARRAYS + number).map(Marks::of_words);
         let (grid, marks) = ranks.collective_work(|| Ok((Grid::of_block(memory.bytes())?, [words(0)?, words(1)?])))?;
