@@ -82,6 +82,17 @@ fn watch(run: impl Fn(&Path, &Path) -> Command) {
     }
 }
 
+/// A viewer lights a scene, whose memory is that of the grid that rays pass.
+fn light(run: impl Fn(&Path, &Path) -> Command) {
+    let Watched { folder, to, mut model, viewer } = Watched::run(&format!("{SCENE}{LIVE}"), &run);
+    let answer = viewer.set(r#"{"path":["light","kind"],"value":"headlight"}"#);
+    assert_eq!(answer.status, 200, "{}", text(&answer.body));
+    let step = model.draw();
+    model.end();
+    let lit = format!("{SCENE}[light]\nkind = \"headlight\"\n");
+    assert!(drawn_alone(&run, folder.path(), "lit", &lit, step) == drawn(&to, step));
+}
+
 #[test]
 fn a_model_alone_is_watched_and_steered() {
     watch(one_process(""));
@@ -96,6 +107,7 @@ fn a_model_over_ranks_is_watched_and_steered() {
     for (ranks, way) in [(1, ""), (3, ""), (3, "async"), (3, "parts"), (1, "parts")] {
         watch(over_ranks(ranks, way));
     }
+    light(over_ranks(3, "parts"));
     // The other ranks hear of another field in the call after which it is wanted.
     choose_fields(over_ranks(3, "wants"), 1);
     choose_looks(over_ranks(3, "wants"));

@@ -16,7 +16,7 @@ use crate::types::icoray_status;
 use crate::viewer_message::{LookRequest, ProbeRequest, ViewerMessage};
 use icoray_core::output::Stamp;
 use icoray_core::suggest::Completion;
-use icoray_core::{ColumnCount, Plan, Ranks, Renderer, Script, Shot};
+use icoray_core::{ColumnCount, FrameSetup, Plan, Ranks, Renderer, Script, Shot};
 use icoray_live::Histogram;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -208,10 +208,13 @@ impl Context {
             let given = self.inputs.frame_inputs(shot, stamp)?;
             check_whole(&given)?;
             let (_, field) = given.fields.iter().next().ok_or_else(|| Failure::null("the scene's field"))?;
+            let FrameSetup { scene, grid, decomposition, layers, .. } = &given.setup;
             // Some columns over the whole grid have no plan of their own.
-            if field.shape().columns == ColumnCount::new(&given.setup.grid, field.location()).columns {
-                let plan = Plan::new(&given.setup.scene, &given.setup.grid, &given.setup.layers, field)?;
-                let memory = self.drawing.renderer().run(|| plan.memory(&given.setup.scene, &given.setup.grid));
+            if field.shape().columns == ColumnCount::new(grid, field.location()).columns {
+                let plan = Plan::new(scene, grid, layers, field)?;
+                // A rank's own part has its tables only.
+                let drawn = decomposition.as_ref().map_or(&**grid, |of| of.node_grid(grid));
+                let memory = self.drawing.renderer().run(|| plan.memory(scene, drawn));
                 largest = largest.max(memory.total());
             }
         }

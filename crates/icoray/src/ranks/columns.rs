@@ -107,6 +107,11 @@ impl Columns {
         node.map_or(Some(own), |node| node.part().is_none().then(|| node.grid()))
     }
 
+    /// As [`Decomposition::node_grid`](super::Decomposition::node_grid).
+    pub(super) fn node_grid<'g>(&'g self, own: &'g Grid<'g>) -> &'g Grid<'g> {
+        self.node_grid.as_ref().map_or(own, |node| node.grid())
+    }
+
     /// Number of columns of a field of this rank.
     pub fn of_field_at(&self, location: Location) -> usize {
         self.supply(location).count

@@ -86,6 +86,14 @@ impl Decomposition {
         }
     }
 
+    /// The grid through which this rank's rays pass, given its `own` grid: that of its node if ranks have parts.
+    pub fn node_grid<'g>(&'g self, own: &'g Grid<'g>) -> &'g Grid<'g> {
+        match self {
+            Decomposition::Whole => own,
+            Decomposition::Columns(columns) => columns.node_grid(own),
+        }
+    }
+
     /// Marks of a field's columns that this rank owns; each column has one owner.
     ///
     /// # Errors
