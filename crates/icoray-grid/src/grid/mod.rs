@@ -119,11 +119,21 @@ impl<'a> Grid<'a> {
         check::covers(&direction, &half_edges, half_edges.len() > tables.corners())?;
         let rows = tables.corners();
         let start = half_edges[..rows].iter().position(HalfEdges::is_triangle).unwrap_or(rows) as u32;
-        Ok(Grid {
+        Ok(Self::over(tables, direction.into(), half_edges.into(), start))
+    }
+
+    /// The grid of tables and of what derives from them.
+    fn over(
+        tables: GridTables<'a>,
+        direction: Cow<'a, [[f64; 3]]>,
+        half_edges: Cow<'a, [HalfEdges]>,
+        start: u32,
+    ) -> Self {
+        Grid {
             tables,
             counts: [tables.cells(), tables.corners()],
-            direction: direction.into(),
-            half_edges: half_edges.into(),
+            direction,
+            half_edges,
             start,
             cell_number: &[],
             number_base: 0,
@@ -133,7 +143,7 @@ impl<'a> Grid<'a> {
             shared_macrocells: None,
             table_hashes: OnceLock::new(),
             life: Arc::default(),
-        })
+        }
     }
 
     /// A cell's name in the model's numbering.
@@ -158,21 +168,9 @@ impl<'a> Grid<'a> {
     /// The tables alone, without what rays read: for a part whose triangles are in a grid of several ranks. It has
     /// numbers of cells and triangles, names and corners of cells; it cannot be drawn.
     pub fn tables_only(&self) -> Self {
-        Grid {
-            tables: self.tables,
-            counts: self.counts,
-            direction: Cow::default(),
-            half_edges: Cow::default(),
-            start: self.start,
-            cell_number: self.cell_number,
-            number_base: self.number_base,
-            lowest_facet: OnceLock::new(),
-            longest_side: OnceLock::new(),
-            macrocells: OnceLock::new(),
-            shared_macrocells: None,
-            table_hashes: OnceLock::new(),
-            life: Arc::default(),
-        }
+        let (counts, cell_number, number_base) = (self.counts, self.cell_number, self.number_base);
+        let tables = Self::over(self.tables, Cow::default(), Cow::default(), self.start);
+        Grid { counts, cell_number, number_base, ..tables }
     }
 
     /// The tables as given.
