@@ -35,10 +35,12 @@ use storage::GradientFormat;
 pub use storage::Gradients;
 
 /// Selects the gradients to compute, and the method.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct GradientOptions<'w> {
     /// Computes only the gradients in visible blocks; all of them if it is `None`.
     pub visible: Option<&'w OccupancyMask>,
+    /// Computes only those of cells that rays can pass; all of them if it is `None`.
+    pub seen: Option<&'w VisibleCells>,
     /// Stores a gradient in 8 bytes instead of 12.
     pub packed: bool,
     /// Computes in single precision if no value is missing: several times as fast, with errors of a few roundings of
@@ -65,8 +67,8 @@ pub fn gradients<S: PreparedSample>(
     samples: &Samples<S>,
     cells: Range<usize>,
     wanted: GradientOptions,
-    memory: Gradients,
-) -> Result<Gradients> {
+    memory: Gradients<'static>,
+) -> Result<Gradients<'static>> {
     let mut gradients = memory.with_room(cells.len() * radius.len(), wanted.packed)?;
     S::fill_gradients(&GradientInput::new(grid, radius, samples, cells, wanted), &mut gradients, None);
     Ok(gradients)
@@ -78,8 +80,8 @@ pub trait PreparedSample: Sample {
     /// Finds the layers with values outside of ranges.
     fn find_outside(samples: &Samples<Self>, outside: Outside<Self>);
 
-    /// Computes gradients.
-    fn fill_gradients(input: &GradientInput<Self>, gradients: &mut Gradients, missing: Option<MissingCells>);
+    /// Computes gradients of memory of its own, but for those of cells that are marked as computed, and marks the cells.
+    fn fill_gradients(input: &GradientInput<Self>, gradients: &mut Gradients, is_computed: Option<&mut [bool]>);
 }
 
 impl PreparedSample for f32 {
@@ -87,8 +89,8 @@ impl PreparedSample for f32 {
         samples.find(outside);
     }
 
-    fn fill_gradients(input: &GradientInput<Self>, gradients: &mut Gradients, missing: Option<MissingCells>) {
-        input.fill_all(gradients, missing);
+    fn fill_gradients(input: &GradientInput<Self>, gradients: &mut Gradients, is_computed: Option<&mut [bool]>) {
+        input.fill_all(gradients, is_computed);
     }
 }
 
@@ -97,8 +99,8 @@ impl PreparedSample for f64 {
         samples.find(outside);
     }
 
-    fn fill_gradients(input: &GradientInput<Self>, gradients: &mut Gradients, missing: Option<MissingCells>) {
-        input.fill_all(gradients, missing);
+    fn fill_gradients(input: &GradientInput<Self>, gradients: &mut Gradients, is_computed: Option<&mut [bool]>) {
+        input.fill_all(gradients, is_computed);
     }
 }
 
@@ -111,14 +113,9 @@ pub struct GradientInput<'a, S> {
     first: usize,
     cells: usize,
     visible: Option<&'a OccupancyMask>,
+    seen: Option<&'a VisibleCells>,
     /// The pass in single precision, if requested and applicable to the field.
     stencil: Option<Stencil<'a, S>>,
-}
-
-/// The cells whose gradients are to be computed, out of those without gradients.
-pub struct MissingCells<'m> {
-    seen: &'m VisibleCells,
-    is_computed: &'m mut [bool],
 }
 
 /// The layers on which gradients are computed, for each cell of a block.
@@ -134,32 +131,33 @@ impl<'a, S: Sample> GradientInput<'a, S> {
     ) -> Self {
         let stencil = wanted.single.then(|| Stencil::new(samples, radius)).flatten();
         let (first, cells) = (cells.start, cells.len());
-        GradientInput { grid, radius, samples, first, cells, visible: wanted.visible, stencil }
+        let GradientOptions { visible, seen, .. } = wanted;
+        GradientInput { grid, radius, samples, first, cells, visible, seen, stencil }
     }
 
-    /// All gradients, or those of the missing cells.
-    fn fill_all(&self, gradients: &mut Gradients, missing: Option<MissingCells>) {
+    fn fill_all(&self, gradients: &mut Gradients, is_computed: Option<&mut [bool]>) {
         match gradients {
-            Gradients::Whole(all) => self.fill(all, missing),
-            Gradients::Packed(all) => self.fill(all, missing),
+            Gradients::Whole(all) => self.fill(all.to_mut(), is_computed),
+            Gradients::Packed(all) => self.fill(all.to_mut(), is_computed),
         }
     }
 
-    fn fill<F: GradientFormat>(&self, gradients: &mut [F], missing: Option<MissingCells>) {
+    fn fill<F: GradientFormat>(&self, gradients: &mut [F], is_computed: Option<&mut [bool]>) {
         let blocks = gradients.par_chunks_mut(self.radius.len() * BLOCK).enumerate();
         let scratch = || (Scratch::default(), ExactColumns::new(self));
-        match missing {
+        let is_seen = |cell: u32| self.seen.is_none_or(|seen| seen.contains(self.grid.direction(cell)));
+        match is_computed {
             None => blocks.for_each_init(scratch, |scratch, (block, rows)| {
-                let wanted = self.wanted_layers(block, |_| true);
+                let wanted = self.wanted_layers(block, is_seen);
                 self.fill_block(scratch, block, &wanted, rows);
             }),
-            Some(MissingCells { seen, is_computed }) => {
+            Some(is_computed) => {
                 let blocks = blocks.zip(is_computed.par_chunks_mut(BLOCK));
                 blocks.for_each_init(scratch, |scratch, ((block, rows), is_computed)| {
                     let first = self.first_of(block);
                     let wanted = self.wanted_layers(block, |cell| {
                         let is_computed = &mut is_computed[(cell - first) as usize];
-                        let is_missing = !*is_computed && seen.contains(self.grid.direction(cell));
+                        let is_missing = !*is_computed && is_seen(cell);
                         *is_computed |= is_missing;
                         is_missing
                     });

@@ -20,6 +20,7 @@ mod memory;
 mod savings;
 pub(crate) use blocks::{OccupancyTest, clear_values};
 pub use memory::FrameMemory;
+pub(crate) use memory::lit_fields;
 pub use savings::Savings;
 
 /// The data that a scene needs.

@@ -4,7 +4,7 @@ use crate::derive;
 use crate::fields::Fields;
 use crate::plan::Plan;
 use crate::ranges::FieldValues;
-use crate::ranks::{HAS_WHOLE, Part, Ranks};
+use crate::ranks::{HAS_WHOLE, NodeRanks, Part, Ranks};
 use icoray_grid::{Error, ErrorKind, Field, Grid, Layers, Result};
 use icoray_output::{Frame, FrameReport, Sharing};
 use icoray_scene::{Scene, Scheme};
@@ -63,6 +63,8 @@ pub(crate) struct RenderInputs<'f> {
     pub grid: &'f Grid<'f>,
     /// The rank's part of the grid; `None` is the whole grid.
     pub part: Option<&'f Part<'f>>,
+    /// The ranks of this node, if they read the same fields in its memory.
+    pub mates: Option<&'f NodeRanks>,
     pub layers: &'f Layers,
     pub fields: &'f Fields<'f>,
 }
@@ -107,7 +109,7 @@ impl Renderer {
         layers: &Layers,
         fields: impl Into<Fields<'f>>,
     ) -> Result<Rendered> {
-        let given = RenderInputs { scene, grid, part: None, layers, fields: &fields.into() };
+        let given = RenderInputs { scene, grid, part: None, mates: None, layers, fields: &fields.into() };
         self.in_context(Instant::now(), ranks, &given, draw::draw)
     }
 
@@ -120,7 +122,7 @@ impl Renderer {
         given: &RenderInputs,
         draw: impl FnOnce(&FrameContext, &mut Ranks) -> Result<R>,
     ) -> Result<R> {
-        let RenderInputs { scene, grid, part, layers, fields } = *given;
+        let RenderInputs { scene, grid, part, mates, layers, fields } = *given;
         let needed = ranks.attempt(|| fields.needed_by(scene));
         let fields = &ranks.collective(needed)?;
         let given = &RenderInputs { fields, ..*given };
@@ -159,6 +161,7 @@ impl Renderer {
             plan: &plan,
             grid,
             part,
+            mates,
             has_whole,
             sharing,
             layers,
@@ -177,7 +180,7 @@ impl Renderer {
 
     /// The plan of a frame, and the distribution of its picture over ranks: equal on all. Collective.
     fn agree_on_plan(&self, ranks: &mut Ranks, given: &RenderInputs) -> Result<(Plan, Sharing)> {
-        let RenderInputs { scene, grid, part, layers, fields } = *given;
+        let RenderInputs { scene, grid, part, layers, fields, .. } = *given;
         let plan = ranks.attempt(|| {
             if part.is_none() && grid.cells() == 0 {
                 return Err(Error::new(ErrorKind::Grid, "0 cells, expected at least 1"));

@@ -4,7 +4,7 @@
 use culled::{Culled, Mark, Style};
 use icoray::ranks::on_local_nodes;
 use icoray::{
-    Decomposition, Field, Fields, Grid, GridTables, Heights, IcosahedralMesh, Layers, Location, LonLat, Owned,
+    Decomposition, DistributedGrid, Field, Fields, Grid, GridTables, Heights, IcosahedralMesh, Layers, Location, LonLat, Owned,
     PartCells, Ranks, Renderer, Scene, Volume,
 };
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
@@ -67,7 +67,7 @@ fn bytes_of_a_later_frame(level: u32, scene: &Scene, location: Location, others:
 #[test]
 fn later_frames_allocate_nothing_that_grows_with_the_grid() {
     general_frames_make_no_array_anew();
-    ranks_share_the_tables_of_their_node();
+    ranks_of_a_node_share_what_they_derive();
     let lit = "[light]\nkind = \"headlight\"";
     for (name, rest, location) in [
         ("unlit", "", Location::Center),
@@ -98,20 +98,26 @@ fn general_frames_make_no_array_anew() {
     }
 }
 
-/// Of a node's mesh there is one copy, whatever the number of its ranks: more of them keep no more for each cell.
-fn ranks_share_the_tables_of_their_node() {
+/// Of a node's mesh, and of what a lit frame derives from the fields, there is one copy, whatever the number of ranks:
+/// more of them keep no more for each cell.
+fn ranks_of_a_node_share_what_they_derive() {
     let mesh = IcosahedralMesh::new(6).unwrap();
-    let [few, many] = [2, 8].map(|ranks| bytes_of_nodes(&mesh, ranks));
-    let of_cell_and_rank = (many - few) as f64 / (mesh.cells() * 6) as f64;
-    println!("2 ranks of a node keep {few} bytes, 8 keep {many}: {of_cell_and_rank:.2} per cell and rank");
-    // Halos along the borders of ranks.
-    assert!(of_cell_and_rank < 5.0, "{of_cell_and_rank}");
+    for nodes in [1, 2] {
+        let [few, many] = [2, 8].map(|of_node| bytes_of_nodes(&mesh, nodes, of_node));
+        for (what, [few, many]) in [("parts", [few[0], many[0]]), ("a lit frame", [few[1], many[1]])] {
+            let of_cell_and_rank = (many - few) as f64 / (mesh.cells() * 6) as f64;
+            println!("{nodes} nodes, {what}: {few} bytes of 2 ranks, {many} of 8, {of_cell_and_rank:.2} per cell and rank");
+            // Halos along the borders of ranks.
+            assert!(of_cell_and_rank < 5.0, "{nodes} nodes, {what}: {of_cell_and_rank}");
+        }
+    }
 }
 
-/// Bytes that the ranks of two nodes, `of_node` of each, keep of the parts on which they have agreed.
-fn bytes_of_nodes(mesh: &IcosahedralMesh, of_node: usize) -> isize {
-    let ranks = 2 * of_node;
-    // Slices between meridians, half of the sphere for each node.
+/// Bytes that the ranks of nodes, `of_node` of each, keep of the parts on which they have agreed, and then after a lit
+/// frame.
+fn bytes_of_nodes(mesh: &IcosahedralMesh, nodes: usize, of_node: usize) -> [isize; 2] {
+    let ranks = nodes * of_node;
+    // Slices between meridians.
     let owner = |cell: usize| (mesh.lon_center_rad[cell].rem_euclid(TAU) / TAU * ranks as f64) as usize % ranks;
     let part = |rank: usize| {
         let mut is_here: Vec<bool> = (0..mesh.cells()).map(|cell| owner(cell) == rank).collect();
@@ -124,7 +130,18 @@ fn bytes_of_nodes(mesh: &IcosahedralMesh, of_node: usize) -> isize {
     };
     let parts: Vec<Culled> = (0..ranks).map(part).collect();
     let node_of: Vec<usize> = (0..ranks).map(|rank| rank / of_node).collect();
-    let (meeting, bytes) = (Barrier::new(ranks), Mutex::new(0));
+    let (meeting, bytes) = (Barrier::new(ranks), Mutex::new(Vec::new()));
+    let scene = scene("[light]\nkind = \"headlight\"");
+    let layers = Layers::from_heights(&Vec::from_iter((0..LAYERS).map(|k| 1000.0 * k as f64)), 6_371_000.0).unwrap();
+    // Some of it is in the clear range of the transfer function.
+    let values = |cell: &usize| (0..LAYERS).map(move |layer| ((cell + layer) as f32 * 1e-3).sin()).collect::<Vec<_>>();
+    let fields: Vec<Vec<f32>> = parts.iter().map(|part| part.cells.iter().flat_map(values).collect()).collect();
+    let count = |region: &Region<System>| {
+        meeting.wait();
+        let change = region.change();
+        meeting.wait();
+        change.bytes_allocated as isize - change.bytes_deallocated as isize
+    };
     let region = Region::new(ALLOCATOR);
     on_local_nodes(&node_of, |team| {
         let mut ranks = Ranks::new(team);
@@ -136,13 +153,15 @@ fn bytes_of_nodes(mesh: &IcosahedralMesh, of_node: usize) -> isize {
         let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };
         let decomposition = Decomposition::new(&mut ranks, &grid, &cells).unwrap();
         let grid = grid.tables_only();
-        meeting.wait();
+        let of_parts = count(&region);
+        let renderer = Renderer::new(1).unwrap();
+        let data = DistributedGrid { grid: &grid, decomposition: Some(&decomposition), layers: &layers };
+        let field = Field::level_fastest(&fields[rank], LAYERS, Location::Center).unwrap();
+        renderer.render_decomposed(&mut ranks, &scene, data, &field).unwrap();
+        let of_frame = count(&region) - of_parts;
         if rank == 0 {
-            let change = region.change();
-            *bytes.lock().unwrap() = change.bytes_allocated as isize - change.bytes_deallocated as isize;
+            *bytes.lock().unwrap() = vec![of_parts, of_frame];
         }
-        meeting.wait();
-        drop((grid, decomposition));
     });
-    bytes.into_inner().unwrap()
+    bytes.into_inner().unwrap().try_into().unwrap()
 }

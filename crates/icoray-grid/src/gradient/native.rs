@@ -13,9 +13,10 @@ use crate::sample::Sample;
 use crate::samples::Samples;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::ops::Range;
 
-/// Gradients of the normalised field at all vertices, per planet radius, level-fastest; zero if unknown. Reuses
-/// `memory`.
+/// Gradients of the normalised field at the vertices over `cells`, per planet radius, level-fastest; zero if unknown.
+/// Reuses `memory`.
 ///
 /// # Errors
 /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) if they do not fit.
@@ -23,15 +24,17 @@ pub fn gradients<S: Sample>(
     grid: &Grid,
     heights: &Heights,
     samples: &Samples<S>,
-    memory: Gradients,
-) -> Result<Gradients> {
+    cells: Range<usize>,
+    memory: Gradients<'static>,
+) -> Result<Gradients<'static>> {
     let layers = heights.layers();
-    let mut gradients = memory.with_room(grid.cells() * layers, false)?;
+    let mut gradients = memory.with_room(cells.len() * layers, false)?;
     let rows = gradients.whole_mut().par_chunks_exact_mut(layers).with_min_len(64).enumerate();
-    rows.for_each_init(Vec::new, |around_cell: &mut Vec<[u32; 2]>, (cell, row)| {
-        let around = NeighborColumns { grid, heights, samples, cell: cell as u32 };
+    rows.for_each_init(Vec::new, |around_cell: &mut Vec<[u32; 2]>, (i, row)| {
+        let cell = (cells.start + i) as u32;
+        let around = NeighborColumns { grid, heights, samples, cell };
         around_cell.clear();
-        around_cell.extend(grid.fans(cell as u32));
+        around_cell.extend(grid.fans(cell));
         for (layer, gradient) in row.iter_mut().enumerate() {
             *gradient = narrowed(around.mean(around_cell, layer));
         }
@@ -127,7 +130,7 @@ mod tests {
         let layers = Layers::from_heights(&[0.0, 0.1, 0.2, 0.3], 1.0).unwrap();
         let heights = Heights::new(&heights, &layers, &grid, LAYERS, 1.0).unwrap();
         let samples = Samples::new(&values, &field, false, [0.0, 1.0]);
-        let found = gradients(&grid, &heights, &samples, Gradients::none()).unwrap();
+        let found = gradients(&grid, &heights, &samples, 0..grid.cells(), Gradients::none()).unwrap();
         for i in 0..grid.cells() * LAYERS {
             let error = DVec3::from_array(found.at(i).map(f64::from)) - slope;
             assert!(error.length() < 1e-5, "{i}: {error}");

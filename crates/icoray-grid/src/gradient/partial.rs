@@ -1,21 +1,21 @@
 //! Gradients of the cells that pictures of a field can read, completed from picture to picture.
 
-use super::{GradientInput, GradientOptions, Gradients, MissingCells, PreparedSample};
+use super::{GradientInput, GradientOptions, Gradients, PreparedSample};
 use crate::error::Result;
 use crate::grid::Grid;
 use crate::samples::Samples;
-use crate::visible_cells::VisibleCells;
+use std::borrow::Cow;
 
 /// Gradients at the vertices of a whole grid, of which those over some cells may not be computed yet.
 #[derive(Debug)]
-pub struct PartialGradients {
-    values: Gradients,
+pub struct PartialGradients<'m> {
+    values: Gradients<'m>,
     /// Whether each cell's gradients are computed; empty if none or all are.
     is_computed: Vec<bool>,
     is_complete: bool,
 }
 
-impl PartialGradients {
+impl PartialGradients<'static> {
     /// Gradients of no cell, in the memory of these.
     pub fn of_none(self) -> Self {
         let mut is_computed = self.is_computed;
@@ -23,8 +23,9 @@ impl PartialGradients {
         PartialGradients { values: self.values, is_computed, is_complete: false }
     }
 
-    /// Computes the gradients over the `seen` cells, or over all, unless they are there. Grid, radii, samples and
-    /// options must be those of the earlier calls; other arguments are as for [`gradients`](super::gradients).
+    /// Computes the gradients that are `wanted`, unless they are there. Grid, radii, samples and options, but for
+    /// [`seen`](GradientOptions::seen), must be those of the earlier calls; other arguments are as for
+    /// [`gradients`](super::gradients).
     ///
     /// # Errors
     /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) if they do not fit.
@@ -34,20 +35,31 @@ impl PartialGradients {
         radius: &[f64],
         samples: &Samples<S>,
         wanted: GradientOptions,
-        seen: Option<&VisibleCells>,
     ) -> Result<Self> {
         if self.is_complete {
             return Ok(self);
         }
         let mut is_computed = self.is_computed;
         let mut values = self.values.with_room(grid.cells() * radius.len(), wanted.packed)?;
-        let missing = seen.map(|seen| {
+        let is_complete = wanted.seen.is_none();
+        let marks = (!is_complete).then(|| {
             is_computed.resize(grid.cells(), false);
-            MissingCells { seen, is_computed: &mut is_computed }
+            is_computed.as_mut_slice()
         });
-        let is_complete = missing.is_none();
-        S::fill_gradients(&GradientInput::new(grid, radius, samples, 0..grid.cells(), wanted), &mut values, missing);
+        S::fill_gradients(&GradientInput::new(grid, radius, samples, 0..grid.cells(), wanted), &mut values, marks);
         Ok(PartialGradients { values, is_computed, is_complete })
+    }
+
+    /// The gradients, by value.
+    pub fn into_values(self) -> Gradients<'static> {
+        self.values
+    }
+}
+
+impl<'m> PartialGradients<'m> {
+    /// Gradients of no cell.
+    pub fn none() -> Self {
+        Gradients::none().into()
     }
 
     /// Number of cells whose gradients are computed, of `cells` in all.
@@ -56,29 +68,35 @@ impl PartialGradients {
     }
 
     /// The gradients; those that are not computed have arbitrary values.
-    pub fn values(&self) -> &Gradients {
+    pub fn values(&self) -> &Gradients<'m> {
         &self.values
     }
 
     /// The gradients, to be modified.
-    pub fn values_mut(&mut self) -> &mut Gradients {
+    pub fn values_mut(&mut self) -> &mut Gradients<'m> {
         &mut self.values
     }
 
-    /// The gradients, by value.
-    pub fn into_values(self) -> Gradients {
-        self.values
+    /// These, if they are in memory of their own.
+    pub fn into_own(self) -> Option<PartialGradients<'static>> {
+        let PartialGradients { values, is_computed, is_complete } = self;
+        let values = match values {
+            Gradients::Whole(Cow::Owned(all)) => Gradients::Whole(all.into()),
+            Gradients::Packed(Cow::Owned(all)) => Gradients::Packed(all.into()),
+            _ => return None,
+        };
+        Some(PartialGradients { values, is_computed, is_complete })
     }
 
-    /// Bytes of memory.
-    pub fn bytes(&self) -> usize {
-        self.values.bytes() + self.is_computed.len()
+    /// Bytes of memory of their own.
+    pub fn own_bytes(&self) -> usize {
+        self.values.own_bytes() + self.is_computed.len()
     }
 }
 
-impl From<Gradients> for PartialGradients {
+impl<'m> From<Gradients<'m>> for PartialGradients<'m> {
     /// Gradients of all cells.
-    fn from(values: Gradients) -> Self {
+    fn from(values: Gradients<'m>) -> Self {
         PartialGradients { values, is_computed: Vec::new(), is_complete: true }
     }
 }

@@ -50,7 +50,7 @@ impl Model<'_> {
         reals: Reals,
         of: (Shape, bool),
         wanted: GradientOptions,
-    ) -> Gradients {
+    ) -> Gradients<'static> {
         let field = Field::new(reals, of.0, Location::Center, self.fill).unwrap();
         let samples = Samples::new(array, &field, of.1, self.range);
         let cells = 0..self.grid.cells();
@@ -64,7 +64,7 @@ impl Model<'_> {
             let double = self.array(&of.0, of.1);
             let single: Vec<f32> = double.iter().map(|value| *value as f32).collect();
             let rounded: Vec<f64> = single.iter().map(|value| f64::from(*value)).collect();
-            let exact = GradientOptions { visible: None, packed: false, single: false };
+            let exact = GradientOptions::default();
             let name = format!("{name}, {} layers, {of:?}", self.layers);
             let found = |packed: bool, is_double: bool| {
                 let wanted = GradientOptions { packed, single: true, ..exact };
@@ -182,7 +182,7 @@ fn a_constant_field_has_no_gradient() {
             let model = Model { grid: &grid, layers, values: &values, range: [0.0, 3.0], fill: None };
             let of = (Shape::level_fastest(grid.cells(), layers), false);
             let array: Vec<f32> = model.array(&of.0, of.1).iter().map(|value| *value as f32).collect();
-            let wanted = GradientOptions { visible: None, packed: true, single: true };
+            let wanted = GradientOptions { packed: true, single: true, ..GradientOptions::default() };
             let Gradients::Packed(all) = model.gradients(&array, array.as_slice().into(), of, wanted) else {
                 unreachable!("packed gradients were asked for")
             };
@@ -211,11 +211,11 @@ fn bits_do_not_depend_on_the_layers_that_are_wanted() {
         let field = Field::new(array.as_slice().into(), of.0, Location::Center, None).unwrap();
         let samples = Samples::new(&array, &field, of.1, model.range);
         let found = |visible, memory| {
-            let wanted = GradientOptions { visible, packed: false, single: true };
+            let wanted = GradientOptions { visible, single: true, ..GradientOptions::default() };
             gradients(&grid, &radii(LAYERS), &samples, 0..grid.cells(), wanted, memory).unwrap()
         };
         let all = found(None, Gradients::none());
-        let some = found(Some(&visible), Gradients::Whole(vec![[9.0; 3]; all.whole().len()]));
+        let some = found(Some(&visible), Gradients::Whole(vec![[9.0; 3]; all.whole().len()].into()));
         let mut counts = [0; 2];
         for (i, (all, some)) in all.whole().iter().zip(some.whole()).enumerate() {
             let (cell, layer) = ((i / LAYERS) as u32, i % LAYERS);

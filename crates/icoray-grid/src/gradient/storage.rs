@@ -5,25 +5,34 @@ use crate::error::Result;
 use crate::memory;
 use crate::sample::VECTOR;
 use fearless_simd::{Simd, f32x16, prelude::*, u32x16, u64x8};
+use std::borrow::Cow;
 
-/// Gradients at the vertices, a row of layers per cell.
+/// Gradients at the vertices, a row of layers per cell, in memory of their own or of others.
 #[derive(Debug)]
-pub enum Gradients {
+pub enum Gradients<'m> {
     /// In single precision: 12 bytes.
-    Whole(Vec<[f32; 3]>),
+    Whole(Cow<'m, [[f32; 3]]>),
     /// In 8 bytes: the largest component to 1e-5, the others with the same error. Below 1e-32 they are less exact.
     /// Three integers of 18 bits and the exponent of their unit, which is that of an `f32`, from the lowest bit up.
-    Packed(Vec<u64>),
+    Packed(Cow<'m, [u64]>),
 }
 
-impl Gradients {
+impl<'m> Gradients<'m> {
     /// Upper bound of the standard deviation of the angle by which packing turns a gradient in any one direction across
     /// it: the largest component has at least 2^16 units, and all are rounded to integers, by 1/√12 of a unit.
     pub const PACKED_TURN: f64 = 0.288_675_134_594_812_9 / (1u32 << (BITS - 2)) as f64;
 
     /// No gradients, for a picture without lighting.
     pub fn none() -> Self {
-        Gradients::Whole(Vec::new())
+        Gradients::Whole(Cow::Borrowed(&[]))
+    }
+
+    /// Those of [`Self::bytes`]; `None` if they are not aligned.
+    pub fn of_bytes(bytes: &'m [u8], packed: bool) -> Option<Self> {
+        Some(match packed {
+            true => Gradients::Packed(bytemuck::try_cast_slice(bytes).ok()?.into()),
+            false => Gradients::Whole(bytemuck::try_cast_slice(bytes).ok()?.into()),
+        })
     }
 
     /// Gradient number `i`.
@@ -43,10 +52,10 @@ impl Gradients {
         }
     }
 
-    /// [`Self::whole`], to be modified.
+    /// [`Self::whole`], to be modified in memory of their own.
     pub fn whole_mut(&mut self) -> &mut [[f32; 3]] {
         match self {
-            Gradients::Whole(all) => all,
+            Gradients::Whole(all) => all.to_mut(),
             Gradients::Packed(_) => &mut [],
         }
     }
@@ -59,11 +68,19 @@ impl Gradients {
         }
     }
 
-    /// Bytes of memory.
-    pub fn bytes(&self) -> usize {
+    /// All of them as they are stored.
+    pub fn bytes(&self) -> &[u8] {
         match self {
-            Gradients::Whole(all) => size_of_val(all.as_slice()),
-            Gradients::Packed(all) => size_of_val(all.as_slice()),
+            Gradients::Whole(all) => bytemuck::cast_slice(all),
+            Gradients::Packed(all) => bytemuck::cast_slice(all),
+        }
+    }
+
+    /// Bytes of memory of their own.
+    pub fn own_bytes(&self) -> usize {
+        match self {
+            Gradients::Whole(Cow::Borrowed(_)) | Gradients::Packed(Cow::Borrowed(_)) => 0,
+            own => own.bytes().len(),
         }
     }
 
@@ -74,20 +91,20 @@ impl Gradients {
     /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) if the system refuses them.
     pub fn with_room(self, count: usize, packed: bool) -> Result<Self> {
         Ok(match (self, packed) {
-            (Gradients::Whole(mut memory), false) if memory.capacity() >= count => {
+            (Gradients::Whole(Cow::Owned(mut memory)), false) if memory.capacity() >= count => {
                 memory.resize(count, [0.0; 3]);
-                Gradients::Whole(memory)
+                Gradients::Whole(memory.into())
             }
-            (Gradients::Packed(mut memory), true) if memory.capacity() >= count => {
+            (Gradients::Packed(Cow::Owned(mut memory)), true) if memory.capacity() >= count => {
                 memory.resize(count, 0);
-                Gradients::Packed(memory)
+                Gradients::Packed(memory.into())
             }
             (other, packed) => {
                 // Freed before the new buffer is allocated.
                 drop(other);
                 match packed {
-                    true => Gradients::Packed(memory::zeros("gradients", count)?),
-                    false => Gradients::Whole(memory::zeros("gradients", count)?),
+                    true => Gradients::Packed(memory::zeros("gradients", count)?.into()),
+                    false => Gradients::Whole(memory::zeros("gradients", count)?.into()),
                 }
             }
         })
@@ -238,7 +255,7 @@ mod tests {
         };
         let before = place(&room);
         let room = room.with_room(5, true).unwrap();
-        assert_eq!((place(&room), room.bytes()), (before, 40));
-        assert_eq!(room.with_room(5, false).unwrap().bytes(), 60);
+        assert_eq!((place(&room), room.own_bytes()), (before, 40));
+        assert_eq!(room.with_room(5, false).unwrap().own_bytes(), 60);
     }
 }

@@ -37,7 +37,7 @@ fn gradients_in(grid: &Grid, values: &[f64], range: [f64; 2]) -> Vec<[f32; 3]> {
         &radii(),
         &Samples::new(values, &field, false, range),
         0..grid.cells(),
-        GradientOptions { visible: None, packed: false, single: false },
+        GradientOptions::default(),
         Gradients::none(),
     )
     .unwrap()
@@ -88,8 +88,8 @@ fn gradients_are_those_that_can_be_seen() {
     // Blocks of one gap: each third triangle has the lowest, each seventh the uppermost.
     let blocks = (0..grid.triangles()).map(|t| u32::from(t % 3 == 0) | u32::from(t % 7 == 0) << 2).collect();
     let visible = OccupancyMask { blocks, ..OccupancyMask::default() };
-    let unknown = Gradients::Whole(vec![[9.0; 3]; values.len()]);
-    let wanted = GradientOptions { visible: Some(&visible), packed: false, single: false };
+    let unknown = Gradients::Whole(vec![[9.0; 3]; values.len()].into());
+    let wanted = GradientOptions { visible: Some(&visible), ..GradientOptions::default() };
     let found = gradients(&grid, &radii(), &samples, 0..grid.cells(), wanted, unknown).unwrap();
     let mut left_out = 0;
     for (i, gradient) in found.whole().iter().enumerate() {

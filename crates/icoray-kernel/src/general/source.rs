@@ -12,7 +12,7 @@ pub struct FieldSource<'f> {
     /// The field; its first layer is the innermost.
     pub field: Field<'f>,
     /// Gradients at the vertices, level-fastest; empty if nothing of the field is lit.
-    pub gradients: PartialGradients,
+    pub gradients: PartialGradients<'f>,
     /// The values, rising, at which a transfer function or an isosurface of the field has a knot.
     pub cuts: Vec<f64>,
     /// The least and the greatest value of the field, if it has any.

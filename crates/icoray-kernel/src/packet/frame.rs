@@ -19,7 +19,7 @@ pub(crate) struct PacketFrame<'f> {
     /// Lighting of the volume; `None` shows the transfer function's own colours, or no volume.
     pub shading: Option<Shading>,
     /// Gradients at the vertices, level-fastest; not read without lighting.
-    pub gradients: &'f Gradients,
+    pub gradients: &'f Gradients<'f>,
     /// [`Spans::needs_sizes`](crate::transfer::Spans::needs_sizes) of the field.
     pub needs_sizes: bool,
     /// Visible blocks of gaps.

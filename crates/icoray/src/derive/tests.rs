@@ -79,7 +79,7 @@ impl World {
         look: impl FnOnce(&Fields, &DerivedFields) -> R,
     ) -> Result<R> {
         let grid = Grid::new(self.mesh.tables()).unwrap();
-        let given = RenderInputs { scene, grid: &grid, part: None, layers: &layers(), fields };
+        let given = RenderInputs { scene, grid: &grid, part: None, mates: None, layers: &layers(), fields };
         let made = make(&mut Ranks::alone(), kept, &self.threads, &given, None)?;
         let found = look(&made.fields(fields), &made);
         kept.keep(made);

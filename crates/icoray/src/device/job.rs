@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The gradients of a job's field, computed on the first call.
 pub(crate) trait GradientSource: fmt::Debug + Sync {
-    fn gradients(&self) -> &Gradients;
+    fn gradients(&self) -> &Gradients<'_>;
 }
 
 /// A set of a picture's tiles to be traced.

@@ -114,9 +114,12 @@ impl Plan {
             false => grid.cells(),
         };
         let each = if is_packed { size_of::<u64>() } else { size_of::<[f32; 3]>() };
-        let of_volumes =
-            scene.volumes.iter().map(|volume| volume.opacity.as_ref().map_or(&volume.field, |by| &by.field));
-        let lit: BTreeSet<&String> = of_volumes.chain(scene.scenery.isosurfaces.iter().map(|s| &s.field)).collect();
-        (lit.len() * (cells * self.radius.len() * each + grid.cells())) as u64
+        (lit_fields(scene).len() * (cells * self.radius.len() * each + grid.cells())) as u64
     }
+}
+
+/// The fields whose gradients a lit scene needs.
+pub(crate) fn lit_fields(scene: &Scene) -> BTreeSet<&String> {
+    let of_volumes = scene.volumes.iter().map(|volume| volume.opacity.as_ref().map_or(&volume.field, |by| &by.field));
+    of_volumes.chain(scene.scenery.isosurfaces.iter().map(|surface| &surface.field)).collect()
 }

@@ -8,7 +8,7 @@ use crossbeam_channel::{Receiver, Sender, unbounded};
 use icoray_grid::Result;
 use std::collections::BTreeMap;
 use std::panic::resume_unwind;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread;
 
 /// The results of `work` on each rank of [`local_nodes`], a thread each.
@@ -50,24 +50,51 @@ pub fn local_nodes_over<M: Messages + 'static>(
     let mut nodes = BTreeMap::new();
     let team = local_messages(node_of.len()).into_iter().zip(node_of).map(|(messages, node)| {
         let rank = messages.rank;
-        let (node_leader, ranks, written) = nodes.entry(*node).or_insert_with(|| (rank, 0, Arc::default()));
+        let (node_leader, ranks, memories) = nodes.entry(*node).or_insert_with(|| (rank, 0, ThreadMemories::default()));
         let node_size = node_of.iter().filter(|other| *other == node).count();
         let place = Place { rank, size: node_of.len(), node_rank: *ranks, node_size, node_leader: *node_leader };
         *ranks += 1;
-        Team::new(Box::new(wrap(messages)), place, Sharing::Threads(Arc::clone(written)))
+        Team::new(Box::new(wrap(messages)), place, Sharing::Threads(memories.clone()))
     });
     team.collect()
 }
 
+/// The memory of a node's threads: each allocates the same ones in the same order.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ThreadMemories {
+    by_number: Arc<Mutex<BTreeMap<u64, Weak<Written>>>>,
+    /// Number of the next allocation.
+    next: u64,
+}
+
+/// What threads have written. Contents that a thread still reads are not changed, but copied.
+type Written = Mutex<Arc<Vec<u64>>>;
+
+impl ThreadMemories {
+    /// Those of a team of the same ranks for other threads.
+    pub fn of_others(&self) -> Self {
+        ThreadMemories { by_number: Arc::clone(&self.by_number), next: self.next | 1 << 32 }
+    }
+
+    pub fn allocate(&mut self, bytes: usize) -> ThreadMemory {
+        let mut known = self.by_number.lock().unwrap_or_else(PoisonError::into_inner);
+        known.retain(|_, written| written.strong_count() > 0);
+        let written = known.get(&self.next).and_then(Weak::upgrade).unwrap_or_default();
+        known.insert(self.next, Arc::downgrade(&written));
+        self.next += 1;
+        ThreadMemory::new(written, bytes)
+    }
+}
+
 /// A node's memory, whose contents a thread sees from [`Self::settle`] on.
 pub(super) struct ThreadMemory {
-    written: Arc<Mutex<Arc<Vec<u64>>>>,
+    written: Arc<Written>,
     words: usize,
     seen: Arc<Vec<u64>>,
 }
 
 impl ThreadMemory {
-    pub fn new(written: Arc<Mutex<Arc<Vec<u64>>>>, bytes: usize) -> Self {
+    fn new(written: Arc<Written>, bytes: usize) -> Self {
         let mut memory = ThreadMemory { written, words: bytes.div_ceil(8), seen: Arc::default() };
         memory.settle();
         memory

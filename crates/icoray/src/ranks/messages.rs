@@ -61,6 +61,11 @@ pub trait Messages: Send {
         }
     }
 
+    /// Whether [`Self::meet`] can be called.
+    fn can_meet(&self) -> bool {
+        true
+    }
+
     /// Whether all ranks have called this since it last returned true. Called again until it does. By default ranks
     /// cannot meet: [`ErrorKind::Unsupported`].
     fn try_meet(&mut self) -> Result<bool> {

@@ -53,6 +53,7 @@ pub use local::{LocalMessages, local_nodes, local_nodes_over, local_team, on_loc
 pub use messages::{Communicator, Messages};
 pub use node::NodeMemory;
 pub(crate) use node_fields::NodeFields;
+pub(crate) use node_ranks::NodeRanks;
 pub(crate) use part::Part;
 pub(crate) use pump::MessagePump;
 pub use team::{JoinBytes, Team};

@@ -1,13 +1,12 @@
 //! Memory that the ranks of a node share, so that shared data is stored once: a file in memory that the node's first
 //! rank makes and all of its ranks map, or memory of threads.
 
-use super::local::ThreadMemory;
+use super::local::{ThreadMemories, ThreadMemory};
 use super::{Ranks, Team};
 use icoray_grid::Result;
 use icoray_shared_memory::SharedMemory;
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
 use std::time::SystemTime;
 
 /// Environment variable: maximum number of ranks that share memory. 1 disables sharing; fewer than the ranks of a node
@@ -16,13 +15,20 @@ const NODE_RANKS: &str = "ICORAY_NODE_RANKS";
 
 /// How the ranks of a node share memory.
 pub(super) enum Sharing {
-    /// They do not.
-    Nothing,
     /// In files that processes map.
     Files,
-    /// As threads, with what those of this node wrote last. Contents that a thread still reads are not changed, but
-    /// copied.
-    Threads(Arc<Mutex<Arc<Vec<u64>>>>),
+    /// As threads.
+    Threads(ThreadMemories),
+}
+
+impl Sharing {
+    /// How they do for a team of the same ranks on other threads.
+    pub fn of_others(&self) -> Self {
+        match self {
+            Sharing::Files => Sharing::Files,
+            Sharing::Threads(memories) => Sharing::Threads(memories.of_others()),
+        }
+    }
 }
 
 enum Memory {
@@ -110,15 +116,14 @@ impl NodeMemory {
         }
     }
 
-    /// The leader's `write` puts bytes at offsets; the others read them afterwards. Collective.
-    pub(super) fn write(
+    /// Each rank's `write` puts bytes at offsets, to which no other one writes; all can be read afterwards. Collective.
+    pub(crate) fn write(
         &mut self,
         ranks: &mut Ranks,
         write: impl FnOnce(&mut dyn FnMut(usize, &[u8])) -> Result<()>,
     ) -> Result<()> {
         self.begin(ranks.team.as_mut())?;
-        let is_leader = self.leader == ranks.rank();
-        let written = ranks.attempt(|| if is_leader { write(&mut |at, bytes| self.put(at, bytes)) } else { Ok(()) });
+        let written = ranks.attempt(|| write(&mut |at, bytes| self.put(at, bytes)));
         self.settle(ranks.team.as_mut())?;
         ranks.collective(written)
     }
@@ -135,7 +140,6 @@ impl Team {
     /// as the environment sets. Collective.
     pub(super) fn memory_mates(&mut self) -> Result<Vec<usize>> {
         let group = match self.sharing {
-            Sharing::Nothing => return Ok(vec![self.rank()]),
             Sharing::Threads(_) => 0,
             Sharing::Files => {
                 let most = std::env::var(NODE_RANKS).ok().and_then(|most| most.parse::<usize>().ok());
@@ -152,10 +156,9 @@ impl Team {
     /// [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
     pub fn node(&mut self, bytes: usize) -> Result<NodeMemory> {
         let (leader, own) = (self.node_leader(), NodeMemory::alone(self.rank(), bytes));
-        match &self.sharing {
-            Sharing::Nothing => Ok(own),
-            Sharing::Threads(written) => {
-                let memory = Memory::Threads(ThreadMemory::new(Arc::clone(written), bytes));
+        match &mut self.sharing {
+            Sharing::Threads(memories) => {
+                let memory = Memory::Threads(memories.allocate(bytes));
                 Ok(NodeMemory { memory, leader, is_shared: true, ..own })
             }
             Sharing::Files => {

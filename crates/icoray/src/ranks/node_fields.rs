@@ -1,6 +1,7 @@
 //! Whole fields in the memory of a node.
 
 use super::mesh::NodeGrid;
+use super::node_ranks::NodeRanks;
 use super::{NodeMemory, Part, Ranks};
 use crate::fields::Fields;
 use icoray_grid::{Error, ErrorKind, Field, Grid, Location, Reals, Result, Shape};
@@ -74,6 +75,8 @@ pub(super) fn display_name(name: &Option<String>) -> String {
 /// Whole fields, and heights if there are any, that the ranks of a node have gathered in its memory.
 pub(crate) struct NodeFields {
     pub node: NodeMemory,
+    /// The ranks that read these fields, unless some ranks have memory of their own although they should share it.
+    pub mates: Option<NodeRanks>,
     /// The grid of the fields if ranks have parts.
     pub grid: Option<Arc<NodeGrid>>,
     pub stored: Vec<Stored>,

@@ -9,26 +9,34 @@
 
 use super::mesh::NodeMesh;
 use super::node_ranks::NodeRanks;
-use super::{RankLists, Ranks};
+use super::{NodeMemory, RankLists, RankMessages, Ranks};
 use crate::device::OwnedColumns;
 use bytemuck::Pod;
 use icoray_grid::marks::Marks;
 use icoray_grid::{CenterField, Error, ErrorKind, Grid, OwnedReals, Result};
 use icoray_kernel::owned_region::OwnedRegion;
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 /// Cells that ranks exchange.
 type CellsOfRanks = RankLists<u32>;
+
+/// Cells whose values a rank exchanges with those of other nodes.
+#[derive(Debug, Clone, Default)]
+struct HaloExchange {
+    /// For each rank, the own cells whose values it needs.
+    sends: CellsOfRanks,
+    /// For each rank, the halo cells whose values it sends, in the order of sending.
+    receives: CellsOfRanks,
+}
 
 /// A part of a grid, agreed on by all ranks.
 #[derive(Debug, Clone)]
 pub(crate) struct Part<'m> {
     owns_cell: Marks<'m>,
     region: OwnedRegion<'m>,
-    /// For each rank, the own cells whose values it needs.
-    sends: CellsOfRanks,
-    /// For each rank, the halo cells whose values it sends, in the order of sending.
-    receives: CellsOfRanks,
+    /// The exchange of this rank's share of the node's halo cells, and that of the others.
+    halo: [HaloExchange; 2],
     covered: f64,
     cells: u64,
     /// The ranks that share this part.
@@ -47,8 +55,8 @@ pub(super) fn marks(grid: &Grid, owns_cell: impl Fn(usize) -> bool) -> [Marks<'s
 impl<'m> Part<'m> {
     /// The part that the ranks of a node share, with these [`marks`]. Collective.
     pub(super) fn of_node(ranks: &mut Ranks, mesh: &NodeMesh, marks: [Marks<'m>; 2], node: &NodeRanks) -> Result<Self> {
-        let partners = node_partners(ranks, mesh, node)?;
-        Part::of_mates(ranks, mesh.grid, marks, partners, node.clone())
+        let halo = halo_exchanges(ranks, mesh, node)?;
+        Part::of_mates(ranks, mesh.grid, marks, halo, node.clone())
     }
 
     /// The share of this rank in a grid that every rank has whole: a range of rows. Collective.
@@ -62,17 +70,16 @@ impl<'m> Part<'m> {
         Part::of_mates(ranks, grid, marks, Default::default(), NodeRanks::alone(rank))
     }
 
-    /// The part of `grid` with these marks of own cells and triangles, shared by `node`; `sends` and `receives` are the
-    /// cells of its halo exchange. Collective.
+    /// The part of `grid` with these marks of own cells and triangles, shared by `node`. Collective.
     fn of_mates(
         ranks: &mut Ranks,
         grid: &Grid,
         [owns_cell, triangles]: [Marks<'m>; 2],
-        (sends, receives): (CellsOfRanks, CellsOfRanks),
+        halo: [HaloExchange; 2],
         node: NodeRanks,
     ) -> Result<Self> {
         let region = OwnedRegion::new(grid, triangles);
-        let mut part = Part { region, owns_cell, sends, receives, covered: 0.0, cells: 0, node };
+        let mut part = Part { region, owns_cell, halo, covered: 0.0, cells: 0, node };
         // Each part counts once.
         let mine = if part.node.is_leader() { part.extent(grid) } else { (1.0, 0.0, 0) };
         let both = |a: (f64, f64, u64), b: (f64, f64, u64)| (a.0.min(b.0), a.1 + b.1, a.2 + b.2);
@@ -129,40 +136,32 @@ impl<'m> Part<'m> {
         }
     }
 
-    /// Replaces the rows of halo cells next to own ones by those of their owners; `row_of` finds a cell's row.
-    /// Collective.
-    pub fn fill_halo<V: Pod>(
+    /// Replaces the rows of halo cells by those of their owners; each cell has a row of `layers` values. Collective.
+    pub fn fill_halo<V: Pod>(&self, ranks: &mut Ranks, values: &mut [V], layers: usize) -> Result<()> {
+        let (rows, width): (&mut [u8], _) = (bytemuck::cast_slice_mut(values), layers * size_of::<V>());
+        let received = exchange_rows(ranks, &self.halo, rows, width)?;
+        let read = read_rows(&self.halo, &received, width, |at, row| rows[at..at + width].copy_from_slice(row));
+        ranks.collective(read)
+    }
+
+    /// As [`Self::fill_halo`], for rows of `width` bytes at offset `start` of memory that the ranks of the node share.
+    pub fn fill_shared_halo(
         &self,
         ranks: &mut Ranks,
-        values: &mut [V],
-        row_of: impl Fn(&mut [V], u32) -> &mut [V],
+        memory: &mut NodeMemory,
+        (start, width): (usize, usize),
     ) -> Result<()> {
-        let mut message = |cells: &Vec<u32>| {
-            let mut bytes = Vec::new();
-            cells.iter().for_each(|cell| bytes.extend_from_slice(bytemuck::cast_slice(row_of(values, *cell))));
-            bytes
-        };
-        let messages = self.sends.iter().map(|(rank, cells)| (*rank, message(cells))).collect();
-        let received = ranks.exchange(messages)?;
-        let is_complete = self.receives.iter().all(|(rank, cells)| {
-            let mut unread = received.get(rank).map_or(&[][..], Vec::as_slice);
-            cells.iter().all(|cell| {
-                let row: &mut [u8] = bytemuck::cast_slice_mut(row_of(values, *cell));
-                let from = unread.split_off(..row.len());
-                from.inspect(|from| row.copy_from_slice(from)).is_some()
-            })
-        });
-        let cut = || Error::new(ErrorKind::Mpi, "values of halo cells are cut short");
-        ranks.collective(is_complete.then_some(()).ok_or_else(cut))
+        let halo = &self.halo[..1];
+        let received = exchange_rows(ranks, halo, &memory.bytes()[start..], width)?;
+        memory.write(ranks, |put| read_rows(halo, &received, width, |at, row| put(start + at, row)))
     }
 
     /// Replaces averages of halo cells, some of whose corners are missing here, by those of their owners. Collective.
     pub fn fill_averages(&self, ranks: &mut Ranks, field: &mut CenterField) -> Result<()> {
         let layers = field.field().shape().layers;
-        let row = |cell: u32| cell as usize * layers..(cell as usize + 1) * layers;
         match field.values_mut() {
-            OwnedReals::F32(values) => self.fill_halo(ranks, values, |values, cell| &mut values[row(cell)]),
-            OwnedReals::F64(values) => self.fill_halo(ranks, values, |values, cell| &mut values[row(cell)]),
+            OwnedReals::F32(values) => self.fill_halo(ranks, values, layers),
+            OwnedReals::F64(values) => self.fill_halo(ranks, values, layers),
         }
     }
 
@@ -181,23 +180,55 @@ impl<'m> Part<'m> {
     }
 }
 
-/// For each rank of another node, the own cells whose values it needs and the cells whose values it sends: each rank
-/// exchanges with its partner on each other node. Collective.
-fn node_partners(ranks: &mut Ranks, mesh: &NodeMesh, node: &NodeRanks) -> Result<(CellsOfRanks, CellsOfRanks)> {
-    let (mut requests, mut receives) = (RankLists::new(), RankLists::new());
-    let owners = mesh.owner.iter().map(|owner| *owner as usize);
-    let partners = node.partners(ranks, &owners.clone().filter(|owner| !node.is_mate(*owner)).collect())?;
-    for (row, owner) in (0u32..).zip(owners) {
-        // This rank's own node has no partner.
-        if let Some(partner) = partners.get(&owner) {
-            requests.entry(*partner).or_default().push(mesh.grid.number(row as usize));
-            receives.entry(*partner).or_default().push(row);
+/// Sends the rows, of `width` bytes, of own cells to other ranks, and returns the messages to this one. Collective.
+fn exchange_rows(ranks: &mut Ranks, halo: &[HaloExchange], rows: &[u8], width: usize) -> Result<RankMessages> {
+    let mut messages = RankMessages::new();
+    for (rank, cells) in halo.iter().flat_map(|halo| &halo.sends) {
+        let message = messages.entry(*rank).or_default();
+        cells.iter().for_each(|cell| message.extend_from_slice(&rows[*cell as usize * width..][..width]));
+    }
+    ranks.exchange(messages)
+}
+
+/// Calls `put` with the offset of each halo cell's row and the row of its owner.
+fn read_rows(
+    halo: &[HaloExchange],
+    received: &RankMessages,
+    width: usize,
+    mut put: impl FnMut(usize, &[u8]),
+) -> Result<()> {
+    let mut unread: BTreeMap<usize, &[u8]> = received.iter().map(|(rank, bytes)| (*rank, &**bytes)).collect();
+    for (rank, cells) in halo.iter().flat_map(|halo| &halo.receives) {
+        for cell in cells {
+            let row = unread.get_mut(rank).and_then(|unread| unread.split_off(..width));
+            let row = row.ok_or_else(|| Error::new(ErrorKind::Mpi, "values of halo cells are cut short"))?;
+            put(*cell as usize * width, row);
         }
     }
-    let requests = ranks.exchange_lists(&requests)?;
+    Ok(())
+}
+
+/// The exchange of halo cells, which each rank makes with its partner on each other node: of its share, and of the other
+/// halo cells of its node. Collective.
+fn halo_exchanges(ranks: &mut Ranks, mesh: &NodeMesh, node: &NodeRanks) -> Result<[HaloExchange; 2]> {
+    let owners = mesh.owner.iter().map(|owner| *owner as usize);
+    let partners = node.partners(ranks, &owners.clone().filter(|owner| !node.is_mate(*owner)).collect())?;
     let row = |cell: u64| {
         mesh.row(cell).ok_or_else(|| Error::new(ErrorKind::Internal, format!("cell {cell} is not on this node")))
     };
     let rows = |(rank, cells): (usize, Vec<u64>)| Ok((rank, cells.into_iter().map(row).collect::<Result<_>>()?));
-    Ok((ranks.collective_work(|| requests.into_iter().map(rows).collect())?, receives))
+    let mut halo = <[HaloExchange; 2]>::default();
+    for (halo, is_share) in halo.iter_mut().zip([true, false]) {
+        let mut requests = RankLists::new();
+        for (row, owner) in (0u32..).zip(owners.clone()).filter(|(row, _)| node.has_share(*row as usize) == is_share) {
+            // This rank's own node has no partner.
+            if let Some(partner) = partners.get(&owner) {
+                requests.entry(*partner).or_default().push(mesh.grid.number(row as usize));
+                halo.receives.entry(*partner).or_default().push(row);
+            }
+        }
+        let requests = ranks.exchange_lists(&requests)?;
+        halo.sends = ranks.collective_work(|| requests.into_iter().map(rows).collect())?;
+    }
+    Ok(halo)
 }

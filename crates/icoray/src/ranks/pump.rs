@@ -5,7 +5,6 @@
 //! return at once; received ones return through another channel.
 
 use super::messages::{Messages, gone};
-use super::node::Sharing;
 use super::pieces::Addressed;
 use super::{NAP, Team};
 use crossbeam_channel::{Receiver, Sender, TryRecvError, unbounded};
@@ -25,7 +24,7 @@ impl Team {
         let transport = self.point_to_point()?;
         let ((outbox, to_send), (inbox, received)) = (unbounded(), unbounded());
         let pump = MessagePump { transport, to_send, inbox: Some(inbox) };
-        Ok((Team::new(Box::new(Mailbox { outbox, inbox: received }), self.place, Sharing::Nothing), pump))
+        Ok((Team::new(Box::new(Mailbox { outbox, inbox: received }), self.place, self.sharing.of_others()), pump))
     }
 }
 
@@ -139,6 +138,10 @@ struct Mailbox {
 }
 
 impl Messages for Mailbox {
+    fn can_meet(&self) -> bool {
+        false
+    }
+
     fn send(&mut self, to: usize, bytes: Vec<u8>) -> Result<()> {
         self.outbox.send((to, bytes)).map_err(|_| gone())
     }

@@ -252,7 +252,11 @@ impl Team {
 
     /// Waits until all ranks have called this.
     pub(super) fn meet(&mut self) -> Result<()> {
-        self.messages.meet()
+        if self.messages.can_meet() {
+            return self.messages.meet();
+        }
+        let met = self.reduce(Vec::new(), &|met, _| Ok(met))?;
+        self.broadcast(met).map(drop)
     }
 
     /// This process's number among those of its node, from 0.

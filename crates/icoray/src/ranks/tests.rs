@@ -285,6 +285,7 @@ fn nodes_put_a_field_together_in_rounds() {
                 }
                 let gathered = NodeFields {
                     node,
+                    mates: None,
                     grid: None,
                     stored: targets.into_iter().map(|target| target.whole).collect(),
                     heights_error: None,

@@ -30,7 +30,7 @@ impl Renderer {
         let DistributedGrid { grid, decomposition, layers } = data;
         let (start, fields) = (Instant::now(), fields.into());
         let Some(Decomposition::Columns(columns)) = decomposition else {
-            let given = RenderInputs { scene, grid, part: None, layers, fields: &fields };
+            let given = RenderInputs { scene, grid, part: None, mates: None, layers, fields: &fields };
             return self.in_context(start, ranks, &given, draw::draw);
         };
         let derivation_inputs = scene.derivation_inputs().collect();
@@ -61,7 +61,8 @@ impl Renderer {
         if let (Some(error), Some(_)) = (&gathered.heights_error, fields.heights()) {
             return Err(error.clone());
         }
-        let given = RenderInputs { scene, grid: gathered.grid(grid), part: gathered.part(), layers, fields: &fields };
+        let (grid, part, mates) = (gathered.grid(grid), gathered.part(), gathered.mates.as_ref());
+        let given = RenderInputs { scene, grid, part, mates, layers, fields: &fields };
         let mut rendered = self.in_context(start, ranks, &given, draw::draw)?;
         let report = rendered.report_mut();
         report.bytes_derived += gathered.table_bytes() + gathered.bytes_averaged as usize;

@@ -5,7 +5,7 @@ use super::prepared_field::PreparedField;
 use super::renderer::{DeviceChoice, Renderer};
 use crate::plan::Plan;
 use crate::ranges::RangeAndMissing;
-use crate::ranks::Part;
+use crate::ranks::{NodeRanks, Part};
 use icoray_grid::{Grid, Layers};
 use icoray_kernel::Deviations;
 use icoray_output::Sharing;
@@ -24,6 +24,8 @@ pub(super) struct FrameContext<'f> {
     pub grid: &'f Grid<'f>,
     /// This rank's part of the grid; `None` is the whole grid.
     pub part: Option<&'f Part<'f>>,
+    /// The ranks of this node, if they read the same fields in its memory.
+    pub mates: Option<&'f NodeRanks>,
     /// Whether every rank has the whole grid and all values, even if it draws only a part.
     pub has_whole: bool,
     /// The distribution of the picture over ranks.

@@ -12,6 +12,7 @@ use super::work::{Painter, Work, budget};
 use crate::edges::Edges;
 use crate::ranges::RangeAndMissing;
 use crate::ranks::Ranks;
+use gradients::NodeGradients;
 use icoray_grid::Result;
 use icoray_kernel::general::RaySettings;
 use icoray_kernel::ground::Ground;
@@ -24,6 +25,7 @@ use scene_builder::SceneBuilder;
 use std::iter;
 use terrain::Terrain;
 
+mod gradients;
 mod recorded_ray;
 mod scene_builder;
 mod terrain;
@@ -74,9 +76,11 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     compare(context, ranks, &terrains[0])?;
     let (ground, summary_of) = (Ground::new(scene), &summary);
     let ground = ground.as_ref();
-    let build = |(context, terrain)| Lazy::of(move || SceneBuilder::new(context, terrain, summary_of).build(ground));
-    let mut scenes: Vec<_> = contexts.iter().copied().zip(&terrains).map(build).collect();
-    complete(context, ranks, &mut scenes[0], summary.is_lit())?;
+    let builder = |(context, terrain)| SceneBuilder::new(context, terrain, summary_of);
+    let mut builders: Vec<_> = contexts.iter().copied().zip(&terrains).map(builder).collect();
+    let mut shared = NodeGradients::allocate(&mut builders[0], ranks)?;
+    let mut scenes: Vec<_> = builders.iter().map(|of| Lazy::of(move || of.clone().build(ground))).collect();
+    complete(&builders[0], ranks, &mut scenes[0], shared.as_mut())?;
     let on_device = OnDevice::new(context, field, &scenes[0], &summary, ground.is_some());
     let radius = [terrains[0].core_radius[0], terrains[0].outer];
     let work = |(context, built)| Work { context, built, radius, ground, edges: Edges::default(), levels: &[] };
@@ -89,6 +93,10 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
         let built = built.into_known();
         rendered.report_mut().bytes_derived += context.bytes_derived + built.as_ref().map_or(0, BuiltScene::bytes);
         built.into_iter().for_each(|built| built.keep(context.cache));
+    }
+    if let Some(shared) = shared {
+        rendered.report_mut().bytes_derived += shared.reported_bytes();
+        shared.leave(ranks);
     }
     fill_report(context, ranks, rendered.report_mut());
     Ok(rendered)
@@ -120,17 +128,26 @@ fn fill_report(context: &FrameContext, ranks: &Ranks, report: &mut FrameReport) 
     report.off_values = scene.off_values(&report.value_ranges);
 }
 
-/// Builds the kernel's scene where it is needed in any case, and receives gradients and normals of halo cells from
-/// other ranks. Collective.
-fn complete(context: &FrameContext, ranks: &mut Ranks, built: &mut Lazy<BuiltScene>, is_lit: bool) -> Result<()> {
+/// Builds the kernel's scene where it is needed in any case, with the gradients that the node's ranks compute together,
+/// and receives gradients and normals of halo cells from other ranks. Collective.
+fn complete<'n>(
+    builder: &SceneBuilder,
+    ranks: &mut Ranks,
+    built: &mut Lazy<BuiltScene<'n>>,
+    shared: Option<&'n mut NodeGradients>,
+) -> Result<()> {
+    let (context, part) = (builder.context, builder.context.part.filter(|_| builder.summary.is_lit()));
     ranks.collective_work(|| match context.needs_scene() {
         true => context.renderer.run(|| built.try_get().map(drop)),
         false => Ok(()),
     })?;
-    match context.part {
-        Some(part) if is_lit => built.get_mut().fill_halos(ranks, part),
-        _ => Ok(()),
+    if let Some(shared) = shared {
+        shared.compute(builder, ranks, built.get())?;
+        let shared: &NodeGradients = shared;
+        ranks.collective_work(|| shared.lend(built.get_mut()))?;
+        return part.map_or(Ok(()), |part| built.get_mut().fill_normals(ranks, part));
     }
+    part.map_or(Ok(()), |part| built.get_mut().fill_halos(ranks, part))
 }
 
 /// Checks that all ranks have the same further fields and heights: otherwise their tiles would not fit each other.

@@ -124,7 +124,7 @@ pub(super) struct FrameCache {
     pub moved: CacheSlots<MovedKey, CenterField>,
     pub visible: CacheSlots<OccupancyKey, OccupancyMask>,
     /// Gradients of the cells that rays of the pictures so far could pass.
-    pub gradients: CacheSlots<GradientKey, PartialGradients>,
+    pub gradients: CacheSlots<GradientKey, PartialGradients<'static>>,
     pub normals: CacheSlots<NormalKey, Vec<[f32; 3]>>,
     /// Coarser grids, with the last picture's values.
     pub levels: LevelCache,
@@ -149,7 +149,7 @@ impl FrameCache {
             averages: 0,
             derived: 0,
             occupancy: all.occupancy.saturating_sub(self.visible.bytes(OccupancyMask::bytes)),
-            gradients: all.gradients.saturating_sub(self.gradients.bytes(PartialGradients::bytes)),
+            gradients: all.gradients.saturating_sub(self.gradients.bytes(PartialGradients::own_bytes)),
             picture: all.picture,
         }
     }

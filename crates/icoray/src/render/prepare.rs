@@ -2,6 +2,7 @@
 
 use super::context::FrameContext;
 use super::work::requested_quality;
+use crate::plan::FrameMemory;
 use crate::ranges::{both_ranges, reduce_parts};
 use crate::ranks::Ranks;
 use crate::time_budget::Deadline;
@@ -23,9 +24,9 @@ impl FieldSummary {
     /// The summary of the first field. Collective.
     pub fn of(context: &FrameContext, ranks: &mut Ranks) -> Result<Self> {
         let FrameContext { renderer, scene, plan, part, start, .. } = *context;
-        let processes = ranks.node_size();
+        let (processes, mates) = (ranks.node_size(), context.mates.map_or(1, |mates| mates.mates().len()));
         let range = || {
-            check_memory(context, processes)?;
+            check_memory(context, processes, mates)?;
             Ok(match part {
                 Some(part) => context.fields[0].field().range_over(Some(&|cell| part.counts(cell))),
                 None => context.range(0),
@@ -41,7 +42,7 @@ impl FieldSummary {
                 Reals::F32(data) => some_gradients(context, data),
                 Reals::F64(data) => some_gradients(context, data),
             };
-            let has_time = || !context.needs_scene() || deadline.has_time_for_gradients(1.0 / 64.0, some);
+            let has_time = || !context.needs_scene() || deadline.has_time_for_gradients(mates as f64 / 64.0, some);
             let is_root = ranks.is_root();
             let has_time = ranks.attempt(|| renderer.run(|| Ok(!is_root || has_time())));
             let mine = has_time.map(|has_time| match has_time {
@@ -63,20 +64,23 @@ impl FieldSummary {
 fn some_gradients<S: PreparedSample>(context: &FrameContext, data: &[S]) {
     let FrameContext { scene, plan, grid, .. } = *context;
     let samples = &Samples::new(data, &context.fields[0].field(), plan.falling, [0.0, 1.0]);
-    let wanted = GradientOptions { visible: None, packed: false, single: plan.allows_single_gradients(scene) };
+    let wanted = GradientOptions { single: plan.allows_single_gradients(scene), ..GradientOptions::default() };
     let cells = 0..grid.cells().div_ceil(64);
     drop(gradient::gradients(grid, &plan.radius, samples, cells, wanted, Gradients::none()));
 }
 
-/// Checks that the memory of the frame, in each of a node's `processes`, is within the limit.
-fn check_memory(context: &FrameContext, processes: usize) -> Result<()> {
+/// Checks that the memory of the frame, in each of a node's `processes`, is within the limit, where gradients are once in
+/// `mates` of them.
+pub(super) fn check_memory(context: &FrameContext, processes: usize, mates: usize) -> Result<()> {
     let FrameContext { renderer, scene, plan, grid, part, .. } = *context;
     if !context.needs_scene() {
         return Ok(());
     }
     let fits = |counts_cells: bool| {
         let all = plan.memory_with(scene, grid, part.is_some(), renderer.savings, counts_cells);
-        renderer.frame_cache.missing(all).require(renderer.memory_limit, processes)
+        let missing = renderer.frame_cache.missing(all);
+        let missing = FrameMemory { gradients: missing.gradients.div_ceil(mates as u64), ..missing };
+        missing.require(renderer.memory_limit, processes)
     };
     // Counts cells only if gradients at all of them do not fit.
     fits(false).or_else(|_| fits(true))

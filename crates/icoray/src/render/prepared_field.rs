@@ -123,7 +123,7 @@ impl Renderer {
         ranks: &mut Ranks,
         given: &RenderInputs<'f>,
     ) -> Result<Option<PreparedField<'f>>> {
-        let RenderInputs { scene, grid, part, layers, fields } = *given;
+        let RenderInputs { scene, grid, part, layers, fields, .. } = *given;
         if scene.scenery.heights == Heights::Mean {
             return Ok(None);
         }

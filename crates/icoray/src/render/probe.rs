@@ -91,7 +91,7 @@ impl Renderer {
         fields: impl Into<Fields<'f>>,
         at: [f64; 2],
     ) -> Result<Option<Probe>> {
-        let given = RenderInputs { scene, grid, part: None, layers, fields: &fields.into() };
+        let given = RenderInputs { scene, grid, part: None, mates: None, layers, fields: &fields.into() };
         self.probe_inputs(&mut Ranks::alone(), &given, at)
     }
 
@@ -118,7 +118,7 @@ impl Renderer {
         let gathered = columns.gather(ranks, &inputs, || fields.needed_by(scene))?;
         let found = ranks.collective(gathered.fields()).and_then(|fields| {
             let (grid, part) = (gathered.grid(grid), gathered.part());
-            self.probe_inputs(ranks, &RenderInputs { scene, grid, part, layers, fields: &fields }, at)
+            self.probe_inputs(ranks, &RenderInputs { scene, grid, part, mates: None, layers, fields: &fields }, at)
         });
         gathered.leave(ranks);
         found

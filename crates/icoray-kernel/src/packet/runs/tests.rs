@@ -76,7 +76,7 @@ impl<'g> Model<'g> {
 
     fn scene(&self, is_lit: bool, core: Option<[f64; 3]>) -> KernelScene<'_> {
         let map = || TransferMap::new(0, self.knots.clone());
-        let wanted = GradientOptions { visible: None, packed: false, single: false };
+        let wanted = GradientOptions::default();
         let cuts: Vec<f64> = self.knots.iter().map(|knot| knot.value).collect();
         let samples = Samples::new(&self.values, &self.field(), false, [cuts[0], cuts[cuts.len() - 1]]);
         let cells = if is_lit { 0..self.grid.cells() } else { 0..0 };

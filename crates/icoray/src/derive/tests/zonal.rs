@@ -112,7 +112,8 @@ fn threads_and_ranks_change_no_bit() {
                 let array = make_array(&|column| !owns(column));
                 let (fields, part) = (Fields::new([("q", array.field())]), Some(&part));
                 let threads = Threads::new(1 + ranks.rank()).unwrap();
-                let given = RenderInputs { scene: &scene, grid: &grid, part, layers: &layers(), fields: &fields };
+                let given =
+                    RenderInputs { scene: &scene, grid: &grid, part, mates: None, layers: &layers(), fields: &fields };
                 let made = make(ranks, &DerivedFieldCache::default(), &threads, &given, None).unwrap();
                 let found = bits(made.fields(&fields).get("eddy").unwrap());
                 let own = (0..columns).filter(|c| owns(*c));
@@ -139,7 +140,14 @@ fn ranks_that_derive_other_fields_are_an_error() {
             let array = array(shape, true, Location::Center, |c, l| value(1, c, l));
             let (scene, fields) = (zonal(band_deg[ranks.rank()]), Fields::new([("q", array.field())]));
             let part = Some(&part);
-            let given = RenderInputs { scene: &scene, grid: &grid, part, layers: &super::layers(), fields: &fields };
+            let given = RenderInputs {
+                scene: &scene,
+                grid: &grid,
+                part,
+                mates: None,
+                layers: &super::layers(),
+                fields: &fields,
+            };
             make(ranks, &DerivedFieldCache::default(), &world.threads, &given, None).unwrap_err().to_string()
         });
         let expected = format!("MPI: rank 1: {expected}");

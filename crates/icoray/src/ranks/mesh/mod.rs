@@ -73,12 +73,15 @@ impl NodeGrid {
             joined = JoinedMesh::at(ranks, node, node.mates(), &piece, base)?;
         }
         let mut bytes = 0;
+        let rank = ranks.rank();
+        let writes_numbers = numbers.leader == rank;
         numbers.write(ranks, |put| {
-            joined.iter().for_each(|mesh| block::write(&mesh.numbers(), &mut *put));
+            joined.iter().filter(|_| writes_numbers).for_each(|mesh| block::write(&mesh.numbers(), &mut *put));
             Ok(())
         })?;
+        let writes_tables = tables.leader == rank;
         tables.write(ranks, |put| {
-            let Some(mesh) = &joined else { return Ok(()) };
+            let Some(mesh) = joined.as_ref().filter(|_| writes_tables) else { return Ok(()) };
             bytes = mesh.lengths[1];
             mesh.with_tables(|arrays| block::write(arrays, put));
             Ok(())

@@ -9,11 +9,11 @@ use crate::render::frame_cache::{FrameCache, GradientKey, NormalKey, OccupancyKe
 use crate::render::lazy::Lazy;
 use crate::render::prepare::FieldSummary;
 use fearless_simd::Level as VectorLevel;
-use icoray_grid::gradient::{self, GradientOptions, Gradients, PartialGradients, PreparedSample};
+use icoray_grid::gradient::{Gradients, PartialGradients, PreparedSample};
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::real::Real;
 use icoray_grid::samples::Samples;
-use icoray_grid::{Reals, Result};
+use icoray_grid::{Grid, Reals, Result};
 use icoray_kernel::PacketScene;
 use icoray_kernel::general::{
     Clips, FieldSource, Isosurface, KernelScene, Levels, Material, Medium, SurfaceHeight, SurfaceLayer, TransferMap,
@@ -29,31 +29,39 @@ pub(in crate::render) struct BuiltScene<'f> {
     /// The scene for packets of rays, and the vector instructions, if it is traced in packets.
     pub packets: Option<(VectorLevel, PacketScene<'f>)>,
     occupancy_keys: Vec<OccupancyKey>,
-    gradient_keys: Vec<Option<GradientKey>>,
+    pub(super) gradient_keys: Vec<Option<GradientKey>>,
     normal_keys: Vec<NormalKey>,
 }
 
 impl BuiltScene<'_> {
-    /// Bytes of gradients and visible blocks.
+    /// Bytes of visible blocks, and of gradients that no other rank reads.
     pub fn bytes(&self) -> usize {
         let KernelScene { sources, visible, .. } = &self.scene;
-        let gradients: usize = sources.iter().map(|source| source.gradients.bytes()).sum();
+        let gradients: usize = sources.iter().map(|source| source.gradients.own_bytes()).sum();
         gradients + visible.iter().map(OccupancyMask::bytes).sum::<usize>()
+    }
+
+    /// The blocks that any volume or isosurface needs, if they are not those of the only mask.
+    pub fn joined(&self) -> Option<OccupancyMask> {
+        joined(&self.scene.visible, self.scene.grid, self.scene.levels.count())
     }
 
     /// Receives gradients and normals at the cells of a part's halo from other ranks. Collective.
     pub fn fill_halos(&mut self, ranks: &mut Ranks, part: &Part) -> Result<()> {
-        let KernelScene { levels, sources, normals, .. } = &mut self.scene;
-        let layers = levels.count();
-        for (source, _) in sources.iter_mut().zip(&self.gradient_keys).filter(|(_, key)| key.is_some()) {
-            let all = source.gradients.values_mut().whole_mut();
-            part.fill_halo(ranks, all, |all, cell| &mut all[cell as usize * layers..][..layers])?;
-        }
-        for (_, normals) in normals {
-            let row = |cell: u32| cell as usize..cell as usize + 1;
-            part.fill_halo(ranks, normals.as_mut_slice(), |all, cell| &mut all[row(cell)])?;
-        }
-        Ok(())
+        self.fill_gradients(ranks, part)?;
+        self.fill_normals(ranks, part)
+    }
+
+    fn fill_gradients(&mut self, ranks: &mut Ranks, part: &Part) -> Result<()> {
+        let KernelScene { levels, sources, .. } = &mut self.scene;
+        let lit = sources.iter_mut().zip(&self.gradient_keys).filter(|(_, key)| key.is_some());
+        lit.map(|(source, _)| source.gradients.values_mut().whole_mut())
+            .try_for_each(|all| part.fill_halo(ranks, all, levels.count()))
+    }
+
+    /// Receives normals at the cells of a part's halo from other ranks. Collective.
+    pub fn fill_normals(&mut self, ranks: &mut Ranks, part: &Part) -> Result<()> {
+        self.scene.normals.iter_mut().try_for_each(|(_, normals)| part.fill_halo(ranks, normals, 1))
     }
 
     /// Stores gradients, visible blocks and normals for the next frame.
@@ -66,8 +74,8 @@ impl BuiltScene<'_> {
             cache.visible.store(key, visible);
         }
         for (key, source) in self.gradient_keys.into_iter().zip(sources) {
-            if let Some(key) = key {
-                cache.gradients.store(key, source.gradients);
+            if let (Some(key), Some(own)) = (key, source.gradients.into_own()) {
+                cache.gradients.store(key, own);
             }
         }
     }
@@ -75,25 +83,36 @@ impl BuiltScene<'_> {
 
 /// The gradients of the first field.
 impl GradientSource for Lazy<'_, BuiltScene<'_>> {
-    fn gradients(&self) -> &Gradients {
+    fn gradients(&self) -> &Gradients<'_> {
         self.get().scene.sources[0].gradients.values()
     }
 }
 
 /// Builds the kernel's scene and collects the uses of each field in it.
+#[derive(Clone)]
 pub(super) struct SceneBuilder<'p, 'f> {
-    context: &'p FrameContext<'f>,
-    terrain: &'p Terrain<'f>,
-    summary: &'p FieldSummary,
+    pub context: &'p FrameContext<'f>,
+    pub terrain: &'p Terrain<'f>,
+    pub summary: &'p FieldSummary,
     /// Values at which a visible part of each field begins, ends or bends.
     cuts: Vec<Vec<f64>>,
-    savings: Savings,
+    pub savings: Savings,
+    /// Whether gradients are in visible blocks only and may be packed: no other rank or device reads them.
+    pub partial_gradients: bool,
+    /// Whether the scene is built with its gradients.
+    has_gradients: bool,
 }
 
 impl<'p, 'f> SceneBuilder<'p, 'f> {
     pub fn new(context: &'p FrameContext<'f>, terrain: &'p Terrain<'f>, summary: &'p FieldSummary) -> Self {
         let (cuts, savings) = (vec![Vec::new(); context.fields.len()], context.renderer.savings);
-        SceneBuilder { context, terrain, summary, cuts, savings }
+        let partial_gradients = context.device.is_err() && context.part.is_none() && terrain.key.is_none();
+        SceneBuilder { context, terrain, summary, cuts, savings, partial_gradients, has_gradients: true }
+    }
+
+    /// Leaves out gradients, which the ranks of a node compute together: in visible blocks only if `partial`.
+    pub fn leave_out_gradients(&mut self, partial: bool) {
+        (self.partial_gradients, self.has_gradients) = (partial, false);
     }
 
     /// The same, for rays that pass all layers and blocks.
@@ -329,14 +348,8 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         visible: &[OccupancyMask],
     ) -> Result<(Vec<FieldSource<'f>>, Vec<Option<GradientKey>>)> {
         let FrameContext { scene, plan, grid, .. } = *self.context;
-        let joined;
-        let visible = match visible {
-            [one] => one,
-            all => {
-                joined = OccupancyMask::joined(all, grid, plan.radius.len(), 0);
-                &joined
-            }
-        };
+        let joined = joined(visible, grid, plan.radius.len());
+        let visible = joined.as_ref().unwrap_or(&visible[0]);
         // The values of a single volume without surfaces may be as large as any.
         let largest = if scene.has_volume_alone() { f64::MAX } else { f64::LARGEST };
         let (mut sources, mut gradient_keys) = (Vec::new(), Vec::new());
@@ -348,10 +361,9 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
             let is_seen = media.iter().any(|medium| medium.extinction.source == number)
                 || isosurfaces.iter().any(|surface| surface.source == number);
             let key = (is_seen && self.summary.is_lit()).then(|| self.gradient_key(number, &cuts, keys));
-            let gradients = match (&key, field.samples()) {
-                (None, _) => Gradients::none().into(),
-                (Some(key), Reals::F32(data)) => self.gradients(data, number, key, visible)?,
-                (Some(key), Reals::F64(data)) => self.gradients(data, number, key, visible)?,
+            let gradients = match &key {
+                Some(key) if self.has_gradients => self.gradients(number, key, visible)?,
+                _ => PartialGradients::none(),
             };
             let field = if plan.falling { field.upside_down() } else { field };
             sources.push(FieldSource { field, gradients, cuts, value_range: self.range(number), largest });
@@ -359,56 +371,11 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         }
         Ok((sources, gradient_keys))
     }
+}
 
-    /// The key of the gradients of a field with these cuts. They are in visible blocks only and may be packed, unless
-    /// other ranks need those of halo cells or a device reads them.
-    fn gradient_key(&self, number: usize, cuts: &[f64], visible: &[OccupancyKey]) -> GradientKey {
-        let FrameContext { scene, plan, grid, .. } = *self.context;
-        // Ranks exchange gradients, so all divide by the same range.
-        let low = cuts.first().copied().unwrap_or(0.0);
-        let width = cuts.last().map_or(0.0, |high| high - low);
-        let width = if width > 0.0 { width } else { low.abs().max(1.0) };
-        let is_own = self.context.device.is_err() && self.context.part.is_none() && self.terrain.key.is_none();
-        let single = self.terrain.key.is_none() && plan.allows_single_gradients(scene);
-        GradientKey {
-            source: self.context.fields[number].source(grid),
-            falling: plan.falling,
-            range: [low, low + width],
-            radius: plan.radius.clone(),
-            packed: is_own && self.savings.packing && single,
-            single,
-            occupancy: if is_own && self.savings.gradients { visible.to_vec() } else { Vec::new() },
-            heights: self.terrain.key.clone(),
-        }
-    }
-
-    /// The gradients that are cached for `key`, and the further ones that the picture needs.
-    fn gradients<S: PreparedSample>(
-        &self,
-        data: &[S],
-        number: usize,
-        key: &GradientKey,
-        visible: &OccupancyMask,
-    ) -> Result<PartialGradients> {
-        let FrameContext { scene, plan, grid, part, .. } = *self.context;
-        let samples = Samples::new(data, &self.context.fields[number].field(), plan.falling, key.range);
-        match &self.terrain.levels {
-            Levels::Native(heights) => self.context.cache.gradients.take(key).or_else(|memory| {
-                let memory = memory.map_or_else(Gradients::none, PartialGradients::into_values);
-                Ok(gradient::native::gradients(grid, heights, &samples, memory)?.into())
-            }),
-            Levels::Concentric(_) => {
-                let GradientKey { packed, single, .. } = *key;
-                let visible = (!key.occupancy.is_empty()).then_some(visible);
-                let seen = (part.is_none() && self.savings.gradients).then(|| plan.visible_cells(scene, grid));
-                let none = || PartialGradients::from(Gradients::none());
-                let known = self.context.cache.gradients.take(key);
-                let known = known.unwrap_or_else(|memory| memory.unwrap_or_else(none).of_none());
-                let wanted = GradientOptions { visible, packed, single };
-                known.with_cells(grid, &plan.radius, &samples, wanted, seen.as_ref())
-            }
-        }
-    }
+/// The blocks of any of these masks, if there is more than one.
+fn joined(all: &[OccupancyMask], grid: &Grid, layers: usize) -> Option<OccupancyMask> {
+    (all.len() > 1).then(|| OccupancyMask::joined(all, grid, layers, 0))
 }
 
 /// The volumes of which anything can be visible, with their numbers.

@@ -1,0 +1,221 @@
+//! Gradients of the lit fields of a frame. A rank computes those that its rays need, and keeps them between frames;
+//! ranks that read the same fields in a node's memory compute them together, each those of some cells.
+
+use super::scene_builder::{BuiltScene, SceneBuilder};
+use crate::plan::lit_fields;
+use crate::ranks::{NodeMemory, NodeRanks, Ranks};
+use crate::render::context::FrameContext;
+use crate::render::frame_cache::{GradientKey, OccupancyKey};
+use crate::render::prepare::check_memory;
+use icoray_grid::gradient::{self, GradientOptions, Gradients, PartialGradients, PreparedSample};
+use icoray_grid::occupancy::OccupancyMask;
+use icoray_grid::samples::Samples;
+use icoray_grid::visible_cells::VisibleCells;
+use icoray_grid::{Error, ErrorKind, Reals, Result};
+use icoray_kernel::general::Levels;
+use std::ops::Range;
+
+/// Cells that a rank computes before the next one of its node has a turn: cells that rays pass are close together in
+/// most meshes, so longer turns would leave ranks without work.
+const TURN: usize = 1024;
+
+/// A field whose gradients are computed.
+struct LitField<'p> {
+    /// Its number.
+    number: usize,
+    key: &'p GradientKey,
+    /// The blocks in which they are computed; all if there are none.
+    visible: Option<&'p OccupancyMask>,
+    /// The cells of which they are computed; all if there are none.
+    seen: Option<VisibleCells>,
+}
+
+impl SceneBuilder<'_, '_> {
+    fn is_single(&self) -> bool {
+        self.terrain.key.is_none() && self.context.plan.allows_single_gradients(self.context.scene)
+    }
+
+    fn is_packed(&self, partial: bool) -> bool {
+        partial && self.savings.packing && self.is_single()
+    }
+
+    /// The key of the gradients of a field with these cuts.
+    pub(super) fn gradient_key(&self, number: usize, cuts: &[f64], visible: &[OccupancyKey]) -> GradientKey {
+        let FrameContext { plan, grid, .. } = *self.context;
+        // Ranks exchange gradients, so all divide by the same range.
+        let low = cuts.first().copied().unwrap_or(0.0);
+        let width = cuts.last().map_or(0.0, |high| high - low);
+        let width = if width > 0.0 { width } else { low.abs().max(1.0) };
+        let has_blocks = self.partial_gradients && self.savings.gradients;
+        GradientKey {
+            source: self.context.fields[number].source(grid),
+            falling: plan.falling,
+            range: [low, low + width],
+            radius: plan.radius.clone(),
+            packed: self.is_packed(self.partial_gradients),
+            single: self.is_single(),
+            occupancy: if has_blocks { visible.to_vec() } else { Vec::new() },
+            heights: self.terrain.key.clone(),
+        }
+    }
+
+    /// The gradients that are cached for `key`, and the further ones that the picture needs.
+    pub(super) fn gradients(
+        &self,
+        number: usize,
+        key: &GradientKey,
+        visible: &OccupancyMask,
+    ) -> Result<PartialGradients<'static>> {
+        let lit = self.lit_field(number, key, visible);
+        match self.context.fields[number].field().samples() {
+            Reals::F32(data) => self.own_gradients(data, &lit),
+            Reals::F64(data) => self.own_gradients(data, &lit),
+        }
+    }
+
+    fn lit_field<'p>(&self, number: usize, key: &'p GradientKey, visible: &'p OccupancyMask) -> LitField<'p> {
+        let FrameContext { scene, plan, grid, part, .. } = *self.context;
+        LitField {
+            number,
+            key,
+            visible: (!key.occupancy.is_empty()).then_some(visible),
+            seen: (part.is_none() && self.savings.gradients).then(|| plan.visible_cells(scene, grid)),
+        }
+    }
+
+    fn own_gradients<S: PreparedSample>(&self, data: &[S], lit: &LitField) -> Result<PartialGradients<'static>> {
+        let FrameContext { plan, grid, cache, .. } = *self.context;
+        let known = cache.gradients.take(lit.key);
+        match &self.terrain.levels {
+            Levels::Native(_) => known.or_else(|memory| {
+                let memory = memory.map_or_else(Gradients::none, PartialGradients::into_values);
+                Ok(self.gradients_over(data, lit, 0..grid.cells(), memory)?.into())
+            }),
+            Levels::Concentric(_) => {
+                let known = known.unwrap_or_else(|memory| memory.unwrap_or_else(PartialGradients::none).of_none());
+                known.with_cells(grid, &plan.radius, &self.samples(data, lit), lit.options())
+            }
+        }
+    }
+
+    /// The gradients over some cells.
+    fn gradients_over<S: PreparedSample>(
+        &self,
+        data: &[S],
+        lit: &LitField,
+        cells: Range<usize>,
+        memory: Gradients<'static>,
+    ) -> Result<Gradients<'static>> {
+        let (FrameContext { plan, grid, .. }, samples) = (self.context, self.samples(data, lit));
+        match &self.terrain.levels {
+            Levels::Native(heights) => gradient::native::gradients(grid, heights, &samples, cells, memory),
+            Levels::Concentric(_) => gradient::gradients(grid, &plan.radius, &samples, cells, lit.options(), memory),
+        }
+    }
+
+    fn samples<'d, S: PreparedSample>(&self, data: &'d [S], lit: &LitField) -> Samples<'d, S> {
+        Samples::new(data, &self.context.fields[lit.number].field(), self.context.plan.falling, lit.key.range)
+    }
+}
+
+impl LitField<'_> {
+    fn options(&self) -> GradientOptions<'_> {
+        let GradientKey { packed, single, .. } = *self.key;
+        GradientOptions { visible: self.visible, seen: self.seen.as_ref(), packed, single }
+    }
+}
+
+/// Gradients in memory that the ranks of a node share.
+pub(super) struct NodeGradients<'f> {
+    memory: NodeMemory,
+    mates: &'f NodeRanks,
+}
+
+impl<'f> NodeGradients<'f> {
+    /// Memory for the gradients of lit fields, which `builder` then leaves out, if all ranks need them and those of a
+    /// node read the same fields. Collective.
+    pub fn allocate(builder: &mut SceneBuilder<'_, 'f>, ranks: &mut Ranks) -> Result<Option<Self>> {
+        let context = builder.context;
+        let Some(mates) = context.mates.filter(|_| builder.summary.is_lit()) else { return Ok(None) };
+        let mine = (context.needs_scene(), builder.partial_gradients, context.grid.cells());
+        let (all_need, are_partial, cells) =
+            ranks.reduce_values(mine, |a, b| (a.0 && b.0, a.1 && b.1, a.2.max(b.2)))?;
+        if !all_need {
+            return Ok(None);
+        }
+        let count = lit_fields(context.scene).len() * cells * context.plan.radius.len();
+        let packed = builder.is_packed(are_partial);
+        let memory = ranks.take_node(count * size_of_gradient(packed))?;
+        if memory.is_refused {
+            // Each rank takes memory of its own for all of them.
+            let processes = ranks.node_size();
+            ranks.collective_work(|| check_memory(context, processes, 1))?;
+            return Ok(None);
+        }
+        builder.leave_out_gradients(are_partial);
+        Ok(Some(NodeGradients { memory, mates }))
+    }
+
+    /// Computes the gradients that the scene of `builder` lacks, each rank those of its turns, and those of halo cells
+    /// at their owners. Collective.
+    pub fn compute(&mut self, builder: &SceneBuilder, ranks: &mut Ranks, built: &BuiltScene) -> Result<()> {
+        let FrameContext { renderer, grid, fields, part, .. } = *builder.context;
+        let NodeGradients { memory, mates, .. } = self;
+        let (cells, joined) = (grid.cells(), built.joined());
+        let visible = joined.as_ref().unwrap_or(&built.scene.visible[0]);
+        let width = |key: &GradientKey| built.scene.levels.count() * size_of_gradient(key.packed);
+        memory.write(ranks, |put| {
+            for (number, key, place) in places(built) {
+                let (lit, mut rows) = (builder.lit_field(number, key, visible), Gradients::none());
+                for first in (mates.place() * TURN..cells).step_by(mates.mates().len() * TURN) {
+                    let cells = first..cells.min(first + TURN);
+                    rows = renderer.run(|| match fields[number].field().samples() {
+                        Reals::F32(data) => builder.gradients_over(data, &lit, cells, rows),
+                        Reals::F64(data) => builder.gradients_over(data, &lit, cells, rows),
+                    })?;
+                    put(place.start + first * width(key), rows.bytes());
+                }
+            }
+            Ok(())
+        })?;
+        let Some(part) = part else { return Ok(()) };
+        places(built).try_for_each(|(_, key, place)| part.fill_shared_halo(ranks, memory, (place.start, width(key))))
+    }
+
+    /// Gives the scene these gradients.
+    pub fn lend<'n>(&'n self, built: &mut BuiltScene<'n>) -> Result<()> {
+        let unaligned = || Error::new(ErrorKind::Internal, "gradients in the node's memory are not aligned");
+        let all = places(built).map(|(number, key, place)| {
+            let gradients = Gradients::of_bytes(&self.memory.bytes()[place], key.packed);
+            Ok((number, gradients.ok_or_else(unaligned)?))
+        });
+        for (number, gradients) in all.collect::<Result<Vec<_>>>()? {
+            built.scene.sources[number].gradients = gradients.into();
+        }
+        Ok(())
+    }
+
+    /// Bytes of the memory, at the rank that reports them for its node.
+    pub fn reported_bytes(&self) -> usize {
+        if self.mates.is_leader() { self.memory.bytes().len() } else { 0 }
+    }
+
+    /// Returns the memory for the next frame.
+    pub fn leave(self, ranks: &mut Ranks) {
+        ranks.keep_node(self.memory);
+    }
+}
+
+/// The number and the key of each lit field, and the place of its gradients.
+fn places<'b>(built: &'b BuiltScene) -> impl Iterator<Item = (usize, &'b GradientKey, Range<usize>)> {
+    let count = built.scene.grid.cells() * built.scene.levels.count();
+    let lit = built.gradient_keys.iter().enumerate().filter_map(|(number, key)| Some((number, key.as_ref()?)));
+    lit.enumerate().map(move |(place, (number, key))| {
+        let bytes = count * size_of_gradient(key.packed);
+        (number, key, place * bytes..(place + 1) * bytes)
+    })
+}
+
+fn size_of_gradient(packed: bool) -> usize {
+    if packed { size_of::<u64>() } else { size_of::<[f32; 3]>() }
+}
