@@ -38,7 +38,7 @@ pub use storage::Gradients;
 #[derive(Debug, Clone, Copy, Default)]
 pub struct GradientOptions<'w> {
     /// Computes only the gradients in visible blocks; all of them if it is `None`.
-    pub visible: Option<&'w OccupancyMask>,
+    pub visible: Option<&'w OccupancyMask<'w>>,
     /// Computes only those of cells that rays can pass; all of them if it is `None`.
     pub seen: Option<&'w VisibleCells>,
     /// Stores a gradient in 8 bytes instead of 12.
@@ -112,7 +112,7 @@ pub struct GradientInput<'a, S> {
     /// The first cell, and the number of consecutive cells.
     first: usize,
     cells: usize,
-    visible: Option<&'a OccupancyMask>,
+    visible: Option<&'a OccupancyMask<'a>>,
     seen: Option<&'a VisibleCells>,
     /// The pass in single precision, if requested and applicable to the field.
     stencil: Option<Stencil<'a, S>>,

@@ -3,6 +3,7 @@
 use crate::array::MapInline;
 use crate::grid::Grid;
 use crate::macrocells::JoinedBits;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Maximum number of blocks over a triangle.
@@ -11,9 +12,9 @@ pub(crate) const MAX_BLOCKS: usize = 32;
 /// The visible blocks of gaps over each triangle. Gap `k` lies between layers `k - 1` and `k`, counted from the
 /// innermost layer, so the first is 1. Without triangles, everything is visible.
 #[derive(Debug, Default)]
-pub struct OccupancyMask {
+pub struct OccupancyMask<'m> {
     /// A bit per block for each triangle of the table.
-    pub blocks: Vec<u32>,
+    pub blocks: Cow<'m, [u32]>,
     /// A block has `1 << shift` gaps.
     pub shift: u32,
     /// The layer above which nothing is visible over any triangle.
@@ -24,7 +25,7 @@ pub struct OccupancyMask {
     pub macrocells: JoinedBits,
 }
 
-impl OccupancyMask {
+impl<'m> OccupancyMask<'m> {
     /// [`Self::shift`](field@OccupancyMask::shift) for this number of layers.
     #[inline]
     pub fn shift(layers: usize) -> u32 {
@@ -34,7 +35,10 @@ impl OccupancyMask {
     /// The mask that shows everything between this number of layers, in this memory.
     #[inline]
     pub fn full(mut self, layers: usize) -> Self {
-        self.blocks.clear();
+        match &mut self.blocks {
+            Cow::Owned(blocks) => blocks.clear(),
+            borrowed => *borrowed = Cow::Borrowed(&[]),
+        }
         self.macrocells.clear();
         OccupancyMask { shift: Self::shift(layers), top: layers - 1, ..self }
     }
@@ -42,21 +46,22 @@ impl OccupancyMask {
     /// The mask over this number of triangles that shows nothing between this number of layers.
     #[inline]
     pub fn none(triangles: usize, layers: usize) -> Self {
-        OccupancyMask { blocks: vec![0; triangles], shift: Self::shift(layers), ..OccupancyMask::default() }
+        OccupancyMask { blocks: vec![0; triangles].into(), shift: Self::shift(layers), ..OccupancyMask::default() }
     }
 
     /// The mask that shows the parts that any of these masks between this number of layers shows, and over all triangles
     /// the blocks of `beside`.
-    pub fn joined(masks: &[Self], grid: &Grid, layers: usize, beside: u32) -> Self {
+    pub fn joined(masks: &[OccupancyMask], grid: &Grid, layers: usize, beside: u32) -> OccupancyMask<'static> {
         let Some(first) = masks.first().filter(|_| masks.iter().all(|mask| !mask.is_full())) else {
             return OccupancyMask::default().full(layers);
         };
         let here = |triangle: u32| if grid.is_triangle(triangle) { beside } else { 0 };
-        let mut blocks: Vec<u32> = (0..).zip(&first.blocks).map(|(triangle, blocks)| blocks | here(triangle)).collect();
+        let mut blocks: Vec<u32> =
+            (0..).zip(&*first.blocks).map(|(triangle, blocks)| blocks | here(triangle)).collect();
         for mask in &masks[1..] {
-            blocks.iter_mut().zip(&mask.blocks).for_each(|(all, blocks)| *all |= blocks);
+            blocks.iter_mut().zip(&*mask.blocks).for_each(|(all, blocks)| *all |= blocks);
         }
-        OccupancyMask { blocks, shift: first.shift, top: layers - 1, ..OccupancyMask::default() }
+        OccupancyMask { blocks: blocks.into(), shift: first.shift, top: layers - 1, ..OccupancyMask::default() }
     }
 
     /// This mask between this number of layers with the joined bits of macrocells, if enough of these are clear for rays
@@ -118,9 +123,20 @@ impl OccupancyMask {
         (first as usize) << self.shift..(((behind as usize) << self.shift) + 1).min(layers)
     }
 
-    /// Bytes of memory.
+    /// This one, if its blocks are in memory of its own.
+    pub fn into_own(self) -> Option<OccupancyMask<'static>> {
+        let OccupancyMask { blocks, shift, top, columns, macrocells } = self;
+        let Cow::Owned(blocks) = blocks else { return None };
+        Some(OccupancyMask { blocks: blocks.into(), shift, top, columns, macrocells })
+    }
+
+    /// Bytes of memory of its own.
     #[inline]
-    pub fn bytes(&self) -> usize {
-        4 * (self.blocks.capacity() + self.columns.capacity()) + self.macrocells.bytes()
+    pub fn own_bytes(&self) -> usize {
+        let blocks = match &self.blocks {
+            Cow::Owned(blocks) => blocks.capacity(),
+            Cow::Borrowed(_) => 0,
+        };
+        4 * (blocks + self.columns.capacity()) + self.macrocells.bytes()
     }
 }

@@ -94,9 +94,9 @@ impl Deviations {
     }
 
     /// The gaps in which either grid shows anything, between this number of layers.
-    pub fn visible(&self, grid: &Grid, layers: usize) -> OccupancyMask {
+    pub fn visible(&self, grid: &Grid, layers: usize) -> OccupancyMask<'static> {
         let mut visible = OccupancyMask::none(grid.triangles(), layers);
-        for (blocks, words) in visible.blocks.iter_mut().zip(self.words.chunks(self.gaps)) {
+        for (blocks, words) in visible.blocks.to_mut().iter_mut().zip(self.words.chunks(self.gaps)) {
             for gap in (1..layers).filter(|gap| words[gap - 1] != 0) {
                 *blocks |= 1 << ((gap - 1) >> visible.shift);
                 visible.top = visible.top.max(gap);

@@ -24,7 +24,7 @@ pub(crate) enum Ahead {
 /// The macrocells of a frame.
 pub(crate) struct Leaps<'t> {
     macrocells: &'t Macrocells<'t>,
-    visible: &'t OccupancyMask,
+    visible: &'t OccupancyMask<'t>,
     shell: &'t Shell,
     /// Squares of the lowest and the highest radius in the gaps of each block.
     blocks: Vec<[f64; 2]>,

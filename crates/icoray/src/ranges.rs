@@ -3,9 +3,9 @@
 //! A renderer stores the range of each field and colour map, so that views of the same field have the same colours. All
 //! ranks find the same range to the last bit, for any distribution of the grid: they sum integers.
 
-use crate::ranks::{Part, Ranks};
+use crate::ranks::{CountedColumns, Ranks};
 use icoray_grid::threads::Threads;
-use icoray_grid::{Field, Result};
+use icoray_grid::{Field, Location, Result};
 use icoray_scene::{ColorRange, Coloring, Scale, Scene};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -33,19 +33,18 @@ struct RecentRange {
 pub(crate) struct FieldValues<'f> {
     pub threads: &'f Threads,
     pub field: &'f Field<'f>,
-    /// The rank's part of the grid, of which only own cells count; `None` is the whole grid.
-    pub part: Option<&'f Part<'f>>,
+    /// The cells that count on this rank.
+    pub counted: CountedColumns<'f>,
 }
 
-/// What `work` returns for this rank's part, or that of all parts, joined by `join`; without a `part` the rank has all.
-/// Collective.
+/// What `work` returns of the `counted` columns, joined by `join` over the ranks that divide them. Collective.
 pub(crate) fn reduce_parts<T: Serialize + DeserializeOwned>(
     ranks: &mut Ranks,
-    part: Option<&Part>,
+    counted: CountedColumns,
     work: impl FnOnce() -> Result<T>,
     join: impl Fn(T, T) -> T,
 ) -> Result<T> {
-    if part.is_some() { ranks.reduce_work(work, join) } else { ranks.collective_work(work) }
+    if counted.is_divided() { ranks.reduce_work(work, join) } else { ranks.collective_work(work) }
 }
 
 /// A range of values, of which `None` is empty, and a number of missing ones.
@@ -220,7 +219,7 @@ impl FieldValues<'_> {
 
     /// The values of a cell's column that the scale admits.
     fn column(&self, scale: Scale, column: usize, mut give: impl FnMut(f64)) {
-        if self.part.is_none_or(|part| part.counts(column)) {
+        if self.counted.has(Location::Center, column) {
             let values = (0..self.field.shape().layers).map(|layer| self.field.value(column, layer));
             values.filter(|value| scale.admits(*value)).for_each(&mut give);
         }
@@ -239,7 +238,7 @@ impl FieldValues<'_> {
         let nothing = || (f64::INFINITY, f64::NEG_INFINITY, 0);
         let both = |a: (f64, f64, u64), b: (f64, f64, u64)| (a.0.min(b.0), a.1.max(b.1), a.2 + b.2);
         let mine = || Ok(self.threads.run(|| columns.map(one).reduce(nothing, both)));
-        let (low, high, count) = reduce_parts(ranks, self.part, mine, both)?;
+        let (low, high, count) = reduce_parts(ranks, self.counted, mine, both)?;
         Ok(((low <= high).then_some([low, high]), count))
     }
 
@@ -261,7 +260,7 @@ impl FieldValues<'_> {
             counts
         };
         let mine = || Ok(self.threads.run(|| columns.fold(nothing, add).reduce(nothing, added)));
-        reduce_parts(ranks, self.part, mine, added)
+        reduce_parts(ranks, self.counted, mine, added)
     }
 }
 

@@ -4,7 +4,7 @@ use crate::derive;
 use crate::fields::Fields;
 use crate::plan::Plan;
 use crate::ranges::FieldValues;
-use crate::ranks::{HAS_WHOLE, NodeRanks, Part, Ranks};
+use crate::ranks::{CountedColumns, HAS_WHOLE, NodeRanks, Part, Ranks};
 use icoray_grid::{Error, ErrorKind, Field, Grid, Layers, Result};
 use icoray_output::{Frame, FrameReport, Sharing};
 use icoray_scene::{Scene, Scheme};
@@ -67,6 +67,13 @@ pub(crate) struct RenderInputs<'f> {
     pub mates: Option<&'f NodeRanks>,
     pub layers: &'f Layers,
     pub fields: &'f Fields<'f>,
+}
+
+impl<'f> RenderInputs<'f> {
+    /// The columns that count on this rank.
+    pub fn counted(&self) -> CountedColumns<'f> {
+        CountedColumns::new(self.part, self.mates)
+    }
 }
 
 impl Renderer {
@@ -144,7 +151,7 @@ impl Renderer {
         let shown: Vec<(&str, Field)> = prepared.iter().map(|field| (field.name(), field.field())).collect();
         let values = |name: &str| {
             let (_, field) = shown.iter().find(|(known, _)| *known == name).unwrap_or(&shown[0]);
-            FieldValues { threads: &self.threads, field, part }
+            FieldValues { threads: &self.threads, field, counted: given.counted() }
         };
         let settled = self.ranges.resolve(ranks, scene, &values)?;
         if let Some(settled) = &settled {

@@ -4,8 +4,8 @@
 use culled::{Culled, Mark, Style};
 use icoray::ranks::on_local_nodes;
 use icoray::{
-    Decomposition, DistributedGrid, Field, Fields, Grid, GridTables, Heights, IcosahedralMesh, Layers, Location, LonLat, Owned,
-    PartCells, Ranks, Renderer, Scene, Volume,
+    Decomposition, DistributedGrid, Field, Fields, Grid, GridTables, Heights, IcosahedralMesh, Layers, Location,
+    LonLat, Owned, PartCells, Ranks, Renderer, Scene, Volume,
 };
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use std::alloc::System;
@@ -106,7 +106,9 @@ fn ranks_of_a_node_share_what_they_derive() {
         let [few, many] = [2, 8].map(|of_node| bytes_of_nodes(&mesh, nodes, of_node));
         for (what, [few, many]) in [("parts", [few[0], many[0]]), ("a lit frame", [few[1], many[1]])] {
             let of_cell_and_rank = (many - few) as f64 / (mesh.cells() * 6) as f64;
-            println!("{nodes} nodes, {what}: {few} bytes of 2 ranks, {many} of 8, {of_cell_and_rank:.2} per cell and rank");
+            println!(
+                "{nodes} nodes, {what}: {few} bytes of 2 ranks, {many} of 8, {of_cell_and_rank:.2} per cell and rank"
+            );
             // Halos along the borders of ranks.
             assert!(of_cell_and_rank < 5.0, "{nodes} nodes, {what}: {of_cell_and_rank}");
         }

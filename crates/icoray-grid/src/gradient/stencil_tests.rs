@@ -6,6 +6,7 @@ use crate::grid::{GridTables, IcosahedralMesh, icosahedral_grid};
 use crate::reals::Reals;
 use crate::shape::Shape;
 use icoray_test_support::Random;
+use std::borrow::Cow;
 
 fn radii(layers: usize) -> Vec<f64> {
     (0..layers).map(|l| 1.0 + 0.002 * l as f64 + 1e-4 * ((l * l) % 7) as f64).collect()
@@ -204,7 +205,7 @@ fn bits_do_not_depend_on_the_layers_that_are_wanted() {
     };
     let shift = OccupancyMask::shift(LAYERS);
     let blocks = (0..grid.triangles() as u32).map(|t| if t % 5 < 2 { 1 << (t % 25) } else { 0 }).collect();
-    let visible = OccupancyMask { blocks, shift, ..OccupancyMask::default() };
+    let visible = OccupancyMask { blocks: Cow::Owned(blocks), shift, ..OccupancyMask::default() };
     let model = Model { grid: &grid, layers: LAYERS, values: &value, range: [-1.0, 1.0], fill: None };
     for of in shapes(grid.cells(), LAYERS) {
         let array: Vec<f32> = model.array(&of.0, of.1).iter().map(|value| *value as f32).collect();

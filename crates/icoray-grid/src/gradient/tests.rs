@@ -3,6 +3,7 @@
 use super::*;
 use crate::field::{Field, Location};
 use crate::grid::icosahedral_grid;
+use std::borrow::Cow;
 
 #[test]
 fn gradients_too_long_for_a_float_keep_their_direction() {
@@ -87,7 +88,7 @@ fn gradients_are_those_that_can_be_seen() {
     let all = gradients_of(&grid, &values);
     // Blocks of one gap: each third triangle has the lowest, each seventh the uppermost.
     let blocks = (0..grid.triangles()).map(|t| u32::from(t % 3 == 0) | u32::from(t % 7 == 0) << 2).collect();
-    let visible = OccupancyMask { blocks, ..OccupancyMask::default() };
+    let visible = OccupancyMask { blocks: Cow::Owned(blocks), ..OccupancyMask::default() };
     let unknown = Gradients::Whole(vec![[9.0; 3]; values.len()].into());
     let wanted = GradientOptions { visible: Some(&visible), ..GradientOptions::default() };
     let found = gradients(&grid, &radii(), &samples, 0..grid.cells(), wanted, unknown).unwrap();

@@ -69,7 +69,7 @@ pub struct KernelScene<'f> {
     /// The parts of space that are cut away.
     pub clips: Clips,
     /// Visible blocks of gaps for each of the volumes and isosurfaces, or one mask that shows nothing.
-    pub visible: Vec<OccupancyMask>,
+    pub visible: Vec<OccupancyMask<'f>>,
     /// The blocks of gaps that other surfaces adjoin, in all columns.
     pub beside: u32,
     /// Normals at the vertices of lit layers that are not spheres: number of the layer, and a unit vector per cell.

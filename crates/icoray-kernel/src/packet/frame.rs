@@ -23,7 +23,7 @@ pub(crate) struct PacketFrame<'f> {
     /// [`Spans::needs_sizes`](crate::transfer::Spans::needs_sizes) of the field.
     pub needs_sizes: bool,
     /// Visible blocks of gaps.
-    pub visible: &'f OccupancyMask,
+    pub visible: &'f OccupancyMask<'f>,
     /// Whether frusta are integrated; false where the walk and the interpolation alone are measured.
     pub integrates: bool,
 }

@@ -17,7 +17,7 @@ pub struct PacketScene<'f> {
     pub(super) source: Source<'f>,
     pub(super) volumes: Option<PacketVolumes<'f>>,
     /// The visible blocks; `None` if they are those of the only volume or isosurface.
-    joined: Option<OccupancyMask>,
+    joined: Option<OccupancyMask<'static>>,
     /// For each gap, the bits of the cuts that contain it.
     pub(crate) clips_of_gaps: Vec<u32>,
     /// Whether rays leap over the hollow core.
@@ -101,7 +101,7 @@ impl<'f> PacketScene<'f> {
 
     /// The visible blocks of the scene from which this was made.
     #[inline]
-    pub(crate) fn visible<'s>(&'s self, scene: &'s KernelScene<'_>) -> &'s OccupancyMask {
+    pub(crate) fn visible<'s>(&'s self, scene: &'s KernelScene<'_>) -> &'s OccupancyMask<'s> {
         self.joined.as_ref().unwrap_or_else(|| &scene.visible[0])
     }
 }

@@ -147,11 +147,9 @@ impl<'c> Counted<'c> {
     }
 
     fn counts(&self, column: usize) -> bool {
-        match (self.field.location(), self.given.part) {
-            (Location::Center, part) => part.is_none_or(|part| part.counts(column)),
-            (Location::Corner, None) => self.given.grid.is_triangle(column as u32),
-            (Location::Corner, Some(part)) => part.has(column as u32) && part.node().has_share(column),
-        }
+        let location = self.field.location();
+        let is_there = location == Location::Center || self.given.grid.is_triangle(column as u32);
+        is_there && self.given.counted().has(location, column)
     }
 
     /// Reduces the counted columns of all ranks and their values in parallel: `take` accumulates a column, `add` merges
@@ -184,7 +182,7 @@ impl<'c> Counted<'c> {
         let runs = (0..runs).into_par_iter().with_min_len(most);
         let sum = || runs.fold(|| (nothing(), Vec::new()), of_run).map(|(all, _)| all).reduce(nothing, both);
         let mine = || Ok(self.threads.run(sum));
-        reduce_parts(ranks, self.given.part, mine, both)
+        reduce_parts(ranks, self.given.counted(), mine, both)
     }
 
     /// The largest of each layer's values, without sign.

@@ -10,10 +10,13 @@ use icoray_grid::samples::{Outside, Samples, Stored};
 use icoray_kernel::empty_space_skipping::{clear_knots, clear_ranges};
 use icoray_kernel::transfer::Spans;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// Maximum number of clear ranges of the transfer function that are tested, and of clear single values.
 const MAX_RANGES: usize = 2;
 const MAX_KNOTS: usize = 2;
+/// Maximum number of those that are frequent.
+pub(crate) const MAX_CLEAR: usize = 3;
 /// Minimum fraction of clear blocks: with fewer, the test costs rays more time than skipping saves.
 const MIN_CLEAR: f64 = 0.02;
 /// Columns or triangles per parallel task.
@@ -22,15 +25,21 @@ const CHUNK: usize = 4096;
 /// not read.
 const PROBE: [usize; 2] = [2048, 64];
 
-/// The visibility test of one field.
-pub(crate) struct OccupancyTest<'a, S> {
+/// The blocks of a grid's columns.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Blocks<'a> {
     pub grid: &'a Grid<'a>,
-    pub samples: Samples<'a, S>,
     pub layers: usize,
-    /// Clear values: a frustum whose vertices all have values of one clear range is invisible.
-    pub clear: Vec<Stored<S>>,
     /// Whether rays leap over macrocells.
     pub leaps: bool,
+}
+
+/// The visibility test of one field.
+pub(crate) struct OccupancyTest<'a, S> {
+    pub blocks: Blocks<'a>,
+    pub samples: Samples<'a, S>,
+    /// Clear values: a frustum whose vertices all have values of one clear range is invisible.
+    pub clear: Vec<Stored<S>>,
 }
 
 /// The values of a field in `range` that are clear.
@@ -50,27 +59,23 @@ pub(crate) fn clear_values<T: Real, S: PreparedSample>(
 
 impl<S: PreparedSample> OccupancyTest<'_, S> {
     /// The visible blocks; reuses `memory`.
-    pub fn visible(&self, memory: OccupancyMask) -> OccupancyMask {
-        let clear = self.frequent();
-        match clear.len() {
-            0 => memory.full(self.layers),
-            1 => self.blocks_outside::<1>(&clear, memory),
-            2 => self.blocks_outside::<2>(&clear, memory),
-            _ => self.blocks_outside::<3>(&clear[..3], memory),
+    pub fn visible(&self, memory: OccupancyMask<'static>) -> OccupancyMask<'static> {
+        let Blocks { grid, layers, .. } = self.blocks;
+        let (clear, mut visible) = (self.frequent(), memory.full(layers));
+        if clear.is_empty() {
+            return visible;
         }
+        resize(&mut visible.columns, clear.len() * grid.cells());
+        self.find_columns(&clear, 0, &mut visible.columns);
+        let blocks = visible.blocks.to_mut();
+        resize(blocks, grid.triangles());
+        let seen = self.blocks.find(clear.len(), &visible.columns, 0, blocks);
+        self.blocks.mask(visible, seen)
     }
 
-    /// The bits of the blocks that each layer bounds.
-    fn bits(&self) -> Vec<u32> {
-        let shift = OccupancyMask::shift(self.layers);
-        let block = |gap: usize| 1u32 << ((gap.clamp(1, (self.layers - 1).max(1)) - 1) >> shift);
-        // Layer l bounds the gaps l and l + 1.
-        (0..self.layers).map(|l| block(l) | block(l + 1)).collect()
-    }
-
-    /// The clear ranges that are frequent in a sample of columns, the most frequent first.
-    fn frequent(&self) -> Vec<Stored<S>> {
-        let (level, bits, cells) = (Level::new(), self.bits(), self.grid.cells());
+    /// The clear ranges that are frequent in a sample of columns, the most frequent first, at most [`MAX_CLEAR`].
+    pub fn frequent(&self) -> Vec<Stored<S>> {
+        let (level, bits, cells) = (Level::new(), self.blocks.bits(), self.blocks.grid.cells());
         let (stride, count) = if cells > 8 * PROBE[0] { (PROBE[0], PROBE[1]) } else { (CHUNK, CHUNK) };
         let blocks = joined(&bits).count_ones() as usize;
         let part = |clear: &Stored<S>| {
@@ -87,39 +92,79 @@ impl<S: PreparedSample> OccupancyTest<'_, S> {
         let mut found: Vec<_> = self.clear.iter().map(|clear| (part(clear), *clear)).collect();
         found.retain(|(part, _)| *part > 0.5 * MIN_CLEAR);
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
-        found.into_iter().map(|(_, clear)| clear).collect()
+        found.into_iter().map(|(_, clear)| clear).take(MAX_CLEAR).collect()
     }
 
-    /// The blocks with values outside of R ranges that are clear.
-    fn blocks_outside<const R: usize>(&self, ranges: &[Stored<S>], memory: OccupancyMask) -> OccupancyMask {
-        let (grid, bits) = (self.grid, self.bits());
-        let mut visible = memory.full(self.layers);
-        resize(&mut visible.columns, R * grid.cells());
-        resize(&mut visible.blocks, grid.triangles());
-        let chunks = visible.columns.par_chunks_mut(R * CHUNK).enumerate();
-        let (level, bits) = (Level::new(), &bits[..]);
+    /// Finds the blocks with values outside each of the `clear` ranges, in the columns over the cells from `first` on: a
+    /// word for each range, cell by cell.
+    pub fn find_columns(&self, clear: &[Stored<S>], first: usize, found: &mut [u32]) {
+        let (level, bits) = (Level::new(), self.blocks.bits());
+        let chunks = found.par_chunks_mut(clear.len() * CHUNK).enumerate();
         chunks.for_each(|(i, found)| {
-            S::find_outside(&self.samples, Outside { level, ranges, bits, first: i * CHUNK, found });
+            let outside = Outside { level, ranges: clear, bits: &bits, first: first + i * CHUNK, found };
+            S::find_outside(&self.samples, outside);
         });
-        let (columns, _) = visible.columns.as_chunks::<R>();
-        let seen = visible.blocks.par_chunks_mut(CHUNK).enumerate().map(|(i, chunk)| {
-            let (mut count, mut all) = (0, 0);
-            for (triangle, blocks) in (i * CHUNK..).zip(chunk) {
-                *blocks = blocks_over(grid, triangle as u32, columns);
+    }
+}
+
+impl Blocks<'_> {
+    /// The bits of the blocks that each layer bounds.
+    fn bits(&self) -> Vec<u32> {
+        let shift = OccupancyMask::shift(self.layers);
+        let block = |gap: usize| 1u32 << ((gap.clamp(1, (self.layers - 1).max(1)) - 1) >> shift);
+        // Layer l bounds the gaps l and l + 1.
+        (0..self.layers).map(|l| block(l) | block(l + 1)).collect()
+    }
+
+    /// Finds the visible blocks over the triangles from `first` on; `columns` has a number of `ranges` words for each cell
+    /// of the grid.
+    pub fn find(&self, ranges: usize, columns: &[u32], first: usize, blocks: &mut [u32]) -> SeenBlocks {
+        match ranges {
+            1 => self.find_outside::<1>(columns, first, blocks),
+            2 => self.find_outside::<2>(columns, first, blocks),
+            _ => self.find_outside::<MAX_CLEAR>(columns, first, blocks),
+        }
+    }
+
+    fn find_outside<const R: usize>(&self, columns: &[u32], first: usize, blocks: &mut [u32]) -> SeenBlocks {
+        let (columns, _) = columns.as_chunks::<R>();
+        let seen = blocks.par_chunks_mut(CHUNK).enumerate().map(|(i, chunk)| {
+            let (mut count, mut bits) = (0, 0);
+            for (triangle, blocks) in (first + i * CHUNK..).zip(chunk) {
+                *blocks = blocks_over(self.grid, triangle as u32, columns);
                 count += u64::from(blocks.count_ones());
-                all |= *blocks;
+                bits |= *blocks;
             }
-            (count, all)
+            SeenBlocks { count, bits }
         });
-        let (seen, all) = seen.reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 | b.1));
-        let blocks = u64::from(joined(bits).count_ones());
-        if seen as f64 > (1.0 - MIN_CLEAR) * (blocks * grid.triangles() as u64) as f64 {
+        seen.reduce(SeenBlocks::default, SeenBlocks::and)
+    }
+
+    /// `visible`, which has the blocks over all triangles, completed; the full mask if too few blocks are clear to skip
+    /// them.
+    pub fn mask<'m>(&self, visible: OccupancyMask<'m>, seen: SeenBlocks) -> OccupancyMask<'m> {
+        let blocks = u64::from(joined(&self.bits()).count_ones());
+        if seen.count as f64 > (1.0 - MIN_CLEAR) * (blocks * self.grid.triangles() as u64) as f64 {
             return visible.full(self.layers);
         }
-        let behind = (u32::BITS - all.leading_zeros()).max(1) as usize;
+        let behind = (u32::BITS - seen.bits.leading_zeros()).max(1) as usize;
         let top = (behind << visible.shift).min(self.layers - 1);
         let visible = OccupancyMask { top, ..visible };
-        if self.leaps { visible.with_macrocells(grid, self.layers) } else { visible }
+        if self.leaps { visible.with_macrocells(self.grid, self.layers) } else { visible }
+    }
+}
+
+/// The number of visible blocks over some triangles, and the bits of all of them.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub(crate) struct SeenBlocks {
+    count: u64,
+    bits: u32,
+}
+
+impl SeenBlocks {
+    /// Those over the triangles of both.
+    pub fn and(self, other: Self) -> Self {
+        SeenBlocks { count: self.count + other.count, bits: self.bits | other.bits }
     }
 }
 

@@ -1,5 +1,6 @@
 //! The memory that a frame takes, computed before it is allocated.
 
+use super::blocks::MAX_CLEAR;
 use super::{Plan, Savings};
 use icoray_grid::{Grid, Result, memory};
 use icoray_kernel::empty_space_skipping::{clear_knots, clear_ranges};
@@ -11,8 +12,6 @@ use std::fmt;
 
 /// Bytes of a pixel while tiles are assembled, with its colour and error in the frame.
 const PIXEL: u64 = 80;
-/// Maximum number of clear ranges of a transfer function for which each column has a word of bits.
-const MAX_CLEAR: usize = 3;
 
 /// Bytes that a frame takes beside the model's arrays.
 ///

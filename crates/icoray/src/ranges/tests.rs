@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::common::{icosahedral, on_ranks};
+use crate::ranks::Part;
 use icoray_grid::{Location, Shape};
 use icoray_test_support::Random;
 
@@ -18,7 +19,7 @@ fn settled(ranges: &Ranges, scene: &Scene, values: &[f64]) -> [f64; 2] {
     let threads = Threads::new(2).unwrap();
     let shape = Shape::level_fastest(values.len() / 4, 4);
     let field = Field::new(values.into(), shape, Location::Center, Some(-9e33)).unwrap();
-    let values = FieldValues { threads: &threads, field: &field, part: None };
+    let values = FieldValues { threads: &threads, field: &field, counted: CountedColumns::default() };
     let settled = ranges.resolve(&mut Ranks::alone(), scene, &|_| values).unwrap().unwrap();
     settled.volumes[0].coloring.as_ref().unwrap().fixed().unwrap()
 }
@@ -48,7 +49,7 @@ fn each_map_of_a_scene_has_the_range_of_its_field() {
         let values = |name: &str| {
             asked.borrow_mut().push(name.to_owned());
             let field = &fields[["q", "w", "v"].iter().position(|known| *known == name).unwrap()];
-            FieldValues { threads: &threads, field, part: None }
+            FieldValues { threads: &threads, field, counted: CountedColumns::default() }
         };
         let settled = ranges.resolve(&mut Ranks::alone(), &scene, &values).unwrap().unwrap();
         let found: Vec<_> = settled.paintings().iter().map(|p| p.coloring.unwrap().fixed().unwrap()).collect();
@@ -162,7 +163,7 @@ fn a_centre_stays_in_the_middle_and_views_share_a_range() {
 fn a_scene_with_a_range_of_its_own_is_not_touched() {
     let threads = Threads::new(1).unwrap();
     let field = Field::level_fastest(&[1.0f64; 4][..], 4, Location::Center).unwrap();
-    let values = FieldValues { threads: &threads, field: &field, part: None };
+    let values = FieldValues { threads: &threads, field: &field, counted: CountedColumns::default() };
     for more in ["", "scale = \"symlog\"\nthreshold = 0.1", "center = 0"] {
         let scene = scene("[0, 1]", more);
         assert_eq!(Ranges::default().resolve(&mut Ranks::alone(), &scene, &|_| values).unwrap(), None);
@@ -177,12 +178,12 @@ fn parts_find_the_range_of_the_whole() {
     let field = Field::level_fastest(&values, 2, Location::Center).unwrap();
     let scene = scene("{ percentile = [2, 97] }", "");
     let alone = Threads::new(2).unwrap();
-    let whole = FieldValues { threads: &alone, field: &field, part: None };
+    let whole = FieldValues { threads: &alone, field: &field, counted: CountedColumns::default() };
     let expected = Ranges::default().resolve(&mut Ranks::alone(), &scene, &|_| whole).unwrap();
     let found = on_ranks(3, |ranks| {
         let part = Part::of_whole(ranks, &grid).unwrap();
         let threads = Threads::new(1).unwrap();
-        let values = FieldValues { threads: &threads, field: &field, part: Some(&part) };
+        let values = FieldValues { threads: &threads, field: &field, counted: CountedColumns::new(Some(&part), None) };
         Ranges::default().resolve(ranks, &scene, &|_| values).unwrap()
     });
     assert!(found.iter().all(|scene| *scene == expected), "{found:?}");

@@ -54,10 +54,10 @@ pub use messages::{Communicator, Messages};
 pub use node::NodeMemory;
 pub(crate) use node_fields::NodeFields;
 pub(crate) use node_ranks::NodeRanks;
-pub(crate) use part::Part;
+pub(crate) use part::{CountedColumns, Part};
 pub(crate) use pump::MessagePump;
 pub use team::{JoinBytes, Team};
-pub(crate) use wire::RankLists;
+pub(crate) use wire::{RankLists, decode, encode};
 
 use icoray_grid::{Error, Result};
 pub(crate) use load_balance::TileCosts;

@@ -13,7 +13,7 @@ use super::{NodeMemory, RankLists, RankMessages, Ranks};
 use crate::device::OwnedColumns;
 use bytemuck::Pod;
 use icoray_grid::marks::Marks;
-use icoray_grid::{CenterField, Error, ErrorKind, Grid, OwnedReals, Result};
+use icoray_grid::{CenterField, Error, ErrorKind, Grid, Location, OwnedReals, Result};
 use icoray_kernel::owned_region::OwnedRegion;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -104,11 +104,6 @@ impl<'m> Part<'m> {
         &self.node
     }
 
-    /// Whether this rank counts a cell in sums over all ranks: exactly one rank counts each cell.
-    pub fn counts(&self, cell: usize) -> bool {
-        self.owns(cell) && self.node.has_share(cell)
-    }
-
     /// Whether a cell is this part's own.
     pub fn owns(&self, cell: usize) -> bool {
         self.owns_cell.has(cell)
@@ -177,6 +172,34 @@ impl<'m> Part<'m> {
             area += 2.0 * volume.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a));
         }
         (lowest_facet, area, cells)
+    }
+}
+
+/// The columns that this rank counts in sums over all ranks: exactly one rank counts each, or every rank all of them.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct CountedColumns<'f> {
+    part: Option<&'f Part<'f>>,
+    mates: Option<&'f NodeRanks>,
+}
+
+impl<'f> CountedColumns<'f> {
+    /// Those of a rank's part, if it has one, which it shares with `mates` if they read the same fields.
+    pub fn new(part: Option<&'f Part<'f>>, mates: Option<&'f NodeRanks>) -> Self {
+        CountedColumns { part, mates: part.map(Part::node).or(mates) }
+    }
+
+    /// Whether ranks divide the columns among them.
+    pub fn is_divided(self) -> bool {
+        self.mates.is_some()
+    }
+
+    /// Whether this rank counts a column.
+    pub fn has(self, location: Location, column: usize) -> bool {
+        let is_own = self.part.is_none_or(|part| match location {
+            Location::Center => part.owns(column),
+            Location::Corner => part.has(column as u32),
+        });
+        is_own && self.mates.is_none_or(|mates| mates.has_share(column))
     }
 }
 

@@ -20,12 +20,16 @@ use icoray_kernel::shade::Shading;
 use icoray_kernel::{SceneTracer, Tracer};
 use icoray_output::{Colors, FrameReport};
 use icoray_scene::{Lights, Quality};
+use node_work::NodeWork;
+use occupancy::NodeOccupancy;
 pub(super) use scene_builder::BuiltScene;
 use scene_builder::SceneBuilder;
 use std::iter;
 use terrain::Terrain;
 
 mod gradients;
+mod node_work;
+mod occupancy;
 mod recorded_ray;
 mod scene_builder;
 mod terrain;
@@ -76,11 +80,17 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     compare(context, ranks, &terrains[0])?;
     let (ground, summary_of) = (Ground::new(scene), &summary);
     let ground = ground.as_ref();
+    let (mut occupancy, mut gradients) = (None, None);
     let builder = |(context, terrain)| SceneBuilder::new(context, terrain, summary_of);
     let mut builders: Vec<_> = contexts.iter().copied().zip(&terrains).map(builder).collect();
-    let mut shared = NodeGradients::allocate(&mut builders[0], ranks)?;
+    let node = NodeWork::agree(&builders[0], ranks)?;
+    if let Some(node) = node {
+        occupancy = NodeOccupancy::find(&builders[0], node, ranks)?;
+        builders[0].node_occupancy = occupancy.as_ref();
+        gradients = NodeGradients::allocate(&mut builders[0], node, ranks)?;
+    }
     let mut scenes: Vec<_> = builders.iter().map(|of| Lazy::of(move || of.clone().build(ground))).collect();
-    complete(&builders[0], ranks, &mut scenes[0], shared.as_mut())?;
+    complete(&builders[0], ranks, &mut scenes[0], node.zip(gradients.as_mut()))?;
     let on_device = OnDevice::new(context, field, &scenes[0], &summary, ground.is_some());
     let radius = [terrains[0].core_radius[0], terrains[0].outer];
     let work = |(context, built)| Work { context, built, radius, ground, edges: Edges::default(), levels: &[] };
@@ -91,13 +101,13 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     let mut rendered = picture::draw(&work, ranks, &summary, on_device)?;
     for (context, built) in contexts.into_iter().zip(scenes) {
         let built = built.into_known();
-        rendered.report_mut().bytes_derived += context.bytes_derived + built.as_ref().map_or(0, BuiltScene::bytes);
+        let bytes = built.as_ref().map_or(0, |built| built.bytes(node.is_some_and(|node| node.is_reporter())));
+        rendered.report_mut().bytes_derived += context.bytes_derived + bytes;
         built.into_iter().for_each(|built| built.keep(context.cache));
     }
-    if let Some(shared) = shared {
-        rendered.report_mut().bytes_derived += shared.reported_bytes();
-        shared.leave(ranks);
-    }
+    drop(builders);
+    gradients.into_iter().for_each(|gradients| gradients.leave(ranks));
+    occupancy.into_iter().for_each(|occupancy| occupancy.leave(ranks));
     fill_report(context, ranks, rendered.report_mut());
     Ok(rendered)
 }
@@ -134,15 +144,15 @@ fn complete<'n>(
     builder: &SceneBuilder,
     ranks: &mut Ranks,
     built: &mut Lazy<BuiltScene<'n>>,
-    shared: Option<&'n mut NodeGradients>,
+    shared: Option<(NodeWork, &'n mut NodeGradients)>,
 ) -> Result<()> {
     let (context, part) = (builder.context, builder.context.part.filter(|_| builder.summary.is_lit()));
     ranks.collective_work(|| match context.needs_scene() {
         true => context.renderer.run(|| built.try_get().map(drop)),
         false => Ok(()),
     })?;
-    if let Some(shared) = shared {
-        shared.compute(builder, ranks, built.get())?;
+    if let Some((node, shared)) = shared {
+        shared.compute(builder, node, ranks, built.get())?;
         let shared: &NodeGradients = shared;
         ranks.collective_work(|| shared.lend(built.get_mut()))?;
         return part.map_or(Ok(()), |part| built.get_mut().fill_normals(ranks, part));

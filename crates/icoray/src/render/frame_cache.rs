@@ -122,7 +122,7 @@ pub(super) struct FrameCache {
     pub averages: CacheSlots<SourceKey, CenterField>,
     /// Fields on other layers than their own.
     pub moved: CacheSlots<MovedKey, CenterField>,
-    pub visible: CacheSlots<OccupancyKey, OccupancyMask>,
+    pub visible: CacheSlots<OccupancyKey, OccupancyMask<'static>>,
     /// Gradients of the cells that rays of the pictures so far could pass.
     pub gradients: CacheSlots<GradientKey, PartialGradients<'static>>,
     pub normals: CacheSlots<NormalKey, Vec<[f32; 3]>>,
@@ -148,7 +148,7 @@ impl FrameCache {
             grid: 0,
             averages: 0,
             derived: 0,
-            occupancy: all.occupancy.saturating_sub(self.visible.bytes(OccupancyMask::bytes)),
+            occupancy: all.occupancy.saturating_sub(self.visible.bytes(OccupancyMask::own_bytes)),
             gradients: all.gradients.saturating_sub(self.gradients.bytes(PartialGradients::own_bytes)),
             picture: all.picture,
         }

@@ -26,7 +26,8 @@ pub(super) fn draw(
     mut on_device: OnDevice,
 ) -> Result<Rendered> {
     let FrameContext { renderer, scene, plan, grid, part, start, .. } = *work.context;
-    let FieldSummary { value_range, missing_values, quality, deadline } = field_summary;
+    let FieldSummary { quality, deadline, .. } = field_summary;
+    let (value_range, missing_values) = field_summary.first();
     let prepare_s = start.elapsed().as_secs_f64();
     let start = Instant::now();
     // With the same data on all ranks, only rank 0 measures.
@@ -80,8 +81,8 @@ pub(super) fn draw(
         error: summary.error,
         timing: Timing { prepare_s, render_s: picked_s + render_s, ..Timing::default() },
         counts: Counts::of_numbers(summary.counts),
-        value_range: *value_range,
-        missing_values: *missing_values,
+        value_range,
+        missing_values,
         quality,
         left_out: plan.left_out().to_vec(),
         sampling: summary.sampling,

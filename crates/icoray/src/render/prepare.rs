@@ -1,20 +1,21 @@
 //! Finds range and quality of a picture's first field before the first ray.
 
 use super::context::FrameContext;
+use super::prepared_field::PreparedField;
 use super::work::requested_quality;
 use crate::plan::FrameMemory;
-use crate::ranges::{both_ranges, reduce_parts};
-use crate::ranks::Ranks;
+use crate::ranges::{RangeAndMissing, both_ranges, reduce_parts};
+use crate::ranks::{CountedColumns, Ranks};
 use crate::time_budget::Deadline;
 use icoray_grid::gradient::{self, GradientOptions, Gradients, PreparedSample};
 use icoray_grid::samples::Samples;
-use icoray_grid::{Reals, Result};
+use icoray_grid::{Location, Reals, Result};
 use icoray_scene::{Lights, Quality};
 
 /// Range, missing values, quality and deadline of the first field.
 pub(super) struct FieldSummary {
-    pub value_range: Option<[f64; 2]>,
-    pub missing_values: u64,
+    /// The ranges of the first fields, at least of one.
+    ranges: Vec<RangeAndMissing>,
     /// The scene's quality, without light if there is no time for gradients.
     pub quality: Quality,
     pub deadline: Option<Deadline>,
@@ -25,14 +26,23 @@ impl FieldSummary {
     pub fn of(context: &FrameContext, ranks: &mut Ranks) -> Result<Self> {
         let FrameContext { renderer, scene, plan, part, start, .. } = *context;
         let (processes, mates) = (ranks.node_size(), context.mates.map_or(1, |mates| mates.mates().len()));
-        let range = || {
+        let counted = CountedColumns::new(part, context.mates);
+        let own_range =
+            |field: &PreparedField| field.field().range_over(Some(&|cell| counted.has(Location::Center, cell)));
+        let own_ranges = || {
             check_memory(context, processes, mates)?;
-            Ok(match part {
-                Some(part) => context.fields[0].field().range_over(Some(&|cell| part.counts(cell))),
-                None => context.range(0),
+            Ok(match (part, context.mates) {
+                (None, None) => vec![context.range(0)],
+                (Some(_), None) => vec![own_range(&context.fields[0])],
+                (_, Some(_)) => context.fields.iter().map(own_range).collect(),
             })
         };
-        let (value_range, missing_values) = reduce_parts(ranks, part, || renderer.run(range), both_ranges)?;
+        let ranges = reduce_parts(
+            ranks,
+            counted,
+            || renderer.run(own_ranges),
+            |a, b| a.into_iter().zip(b).map(|(a, b)| both_ranges(a, b)).collect(),
+        )?;
         // Ranks that share a part divide its rays; those with other parts trace the same rays.
         let sharers = part.map_or(ranks.size(), |part| part.node().mates().len());
         let deadline = Deadline::of(scene, start, sharers);
@@ -51,7 +61,17 @@ impl FieldSummary {
             });
             quality = ranks.agree_on(mine, Vec::new())?;
         }
-        Ok(FieldSummary { value_range, missing_values, quality, deadline })
+        Ok(FieldSummary { ranges, quality, deadline })
+    }
+
+    /// The range of the first field's values, of all ranks, and the number of missing ones.
+    pub fn first(&self) -> RangeAndMissing {
+        self.ranges[0]
+    }
+
+    /// The range of a field's values.
+    pub fn range(&self, context: &FrameContext, number: usize) -> Option<[f64; 2]> {
+        self.ranges.get(number).map_or_else(|| context.range(number), |range| *range).0
     }
 
     pub fn is_lit(&self) -> bool {

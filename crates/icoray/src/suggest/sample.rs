@@ -1,6 +1,6 @@
 //! The sampled values of a field for a suggestion, and their places.
 
-use crate::ranks::{Part, RankLists, Ranks};
+use crate::ranks::{CountedColumns, Part, RankLists, Ranks};
 use glam::DVec3;
 use icoray_grid::{CenterField, Error, ErrorKind, Field, Grid, Location, Result};
 
@@ -51,7 +51,8 @@ impl Sample {
             let values = (0..layers).map(|layer| field.value(cell, layer)).collect();
             (grid.number(cell), grid.direction(cell as u32).to_array(), values)
         };
-        let is_taken = |cell: &usize| part.counts(*cell) && grid.number(*cell).is_multiple_of(step);
+        let counted = CountedColumns::new(Some(part), None);
+        let is_taken = |cell: &usize| counted.has(Location::Center, *cell) && grid.number(*cell).is_multiple_of(step);
         let for_root = RankLists::from([(0, (0..grid.cells()).filter(is_taken).map(column).collect())]);
         let received = ranks.exchange_lists::<Column>(&for_root)?;
         let mut columns: Vec<Column> = received.into_values().flatten().collect();

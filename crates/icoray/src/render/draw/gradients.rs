@@ -1,9 +1,10 @@
 //! Gradients of the lit fields of a frame. A rank computes those that its rays need, and keeps them between frames;
 //! ranks that read the same fields in a node's memory compute them together, each those of some cells.
 
+use super::node_work::NodeWork;
 use super::scene_builder::{BuiltScene, SceneBuilder};
 use crate::plan::lit_fields;
-use crate::ranks::{NodeMemory, NodeRanks, Ranks};
+use crate::ranks::{NodeMemory, Ranks};
 use crate::render::context::FrameContext;
 use crate::render::frame_cache::{GradientKey, OccupancyKey};
 use crate::render::prepare::check_memory;
@@ -15,17 +16,13 @@ use icoray_grid::{Error, ErrorKind, Reals, Result};
 use icoray_kernel::general::Levels;
 use std::ops::Range;
 
-/// Cells that a rank computes before the next one of its node has a turn: cells that rays pass are close together in
-/// most meshes, so longer turns would leave ranks without work.
-const TURN: usize = 1024;
-
 /// A field whose gradients are computed.
 struct LitField<'p> {
     /// Its number.
     number: usize,
     key: &'p GradientKey,
     /// The blocks in which they are computed; all if there are none.
-    visible: Option<&'p OccupancyMask>,
+    visible: Option<&'p OccupancyMask<'p>>,
     /// The cells of which they are computed; all if there are none.
     seen: Option<VisibleCells>,
 }
@@ -73,7 +70,7 @@ impl SceneBuilder<'_, '_> {
         }
     }
 
-    fn lit_field<'p>(&self, number: usize, key: &'p GradientKey, visible: &'p OccupancyMask) -> LitField<'p> {
+    fn lit_field<'p>(&self, number: usize, key: &'p GradientKey, visible: &'p OccupancyMask<'p>) -> LitField<'p> {
         let FrameContext { scene, plan, grid, part, .. } = *self.context;
         LitField {
             number,
@@ -126,25 +123,18 @@ impl LitField<'_> {
 }
 
 /// Gradients in memory that the ranks of a node share.
-pub(super) struct NodeGradients<'f> {
-    memory: NodeMemory,
-    mates: &'f NodeRanks,
-}
+pub(super) struct NodeGradients(NodeMemory);
 
-impl<'f> NodeGradients<'f> {
-    /// Memory for the gradients of lit fields, which `builder` then leaves out, if all ranks need them and those of a
-    /// node read the same fields. Collective.
-    pub fn allocate(builder: &mut SceneBuilder<'_, 'f>, ranks: &mut Ranks) -> Result<Option<Self>> {
+impl NodeGradients {
+    /// Memory for the gradients of lit fields, which `builder` then leaves out; `None` if there are none, or a node has
+    /// no memory to share. Collective.
+    pub fn allocate(builder: &mut SceneBuilder, node: NodeWork, ranks: &mut Ranks) -> Result<Option<Self>> {
         let context = builder.context;
-        let Some(mates) = context.mates.filter(|_| builder.summary.is_lit()) else { return Ok(None) };
-        let mine = (context.needs_scene(), builder.partial_gradients, context.grid.cells());
-        let (all_need, are_partial, cells) =
-            ranks.reduce_values(mine, |a, b| (a.0 && b.0, a.1 && b.1, a.2.max(b.2)))?;
-        if !all_need {
+        if !builder.summary.is_lit() {
             return Ok(None);
         }
-        let count = lit_fields(context.scene).len() * cells * context.plan.radius.len();
-        let packed = builder.is_packed(are_partial);
+        let count = lit_fields(context.scene).len() * node.max_cells * context.plan.radius.len();
+        let packed = builder.is_packed(node.partial_gradients);
         let memory = ranks.take_node(count * size_of_gradient(packed))?;
         if memory.is_refused {
             // Each rank takes memory of its own for all of them.
@@ -152,23 +142,28 @@ impl<'f> NodeGradients<'f> {
             ranks.collective_work(|| check_memory(context, processes, 1))?;
             return Ok(None);
         }
-        builder.leave_out_gradients(are_partial);
-        Ok(Some(NodeGradients { memory, mates }))
+        builder.leave_out_gradients(node.partial_gradients);
+        Ok(Some(NodeGradients(memory)))
     }
 
     /// Computes the gradients that the scene of `builder` lacks, each rank those of its turns, and those of halo cells
     /// at their owners. Collective.
-    pub fn compute(&mut self, builder: &SceneBuilder, ranks: &mut Ranks, built: &BuiltScene) -> Result<()> {
+    pub fn compute(
+        &mut self,
+        builder: &SceneBuilder,
+        node: NodeWork,
+        ranks: &mut Ranks,
+        built: &BuiltScene,
+    ) -> Result<()> {
         let FrameContext { renderer, grid, fields, part, .. } = *builder.context;
-        let NodeGradients { memory, mates, .. } = self;
-        let (cells, joined) = (grid.cells(), built.joined());
+        let (NodeGradients(memory), joined) = (self, built.joined());
         let visible = joined.as_ref().unwrap_or(&built.scene.visible[0]);
         let width = |key: &GradientKey| built.scene.levels.count() * size_of_gradient(key.packed);
         memory.write(ranks, |put| {
             for (number, key, place) in places(built) {
                 let (lit, mut rows) = (builder.lit_field(number, key, visible), Gradients::none());
-                for first in (mates.place() * TURN..cells).step_by(mates.mates().len() * TURN) {
-                    let cells = first..cells.min(first + TURN);
+                for cells in node.turns(grid.cells()) {
+                    let first = cells.start;
                     rows = renderer.run(|| match fields[number].field().samples() {
                         Reals::F32(data) => builder.gradients_over(data, &lit, cells, rows),
                         Reals::F64(data) => builder.gradients_over(data, &lit, cells, rows),
@@ -186,7 +181,7 @@ impl<'f> NodeGradients<'f> {
     pub fn lend<'n>(&'n self, built: &mut BuiltScene<'n>) -> Result<()> {
         let unaligned = || Error::new(ErrorKind::Internal, "gradients in the node's memory are not aligned");
         let all = places(built).map(|(number, key, place)| {
-            let gradients = Gradients::of_bytes(&self.memory.bytes()[place], key.packed);
+            let gradients = Gradients::of_bytes(&self.0.bytes()[place], key.packed);
             Ok((number, gradients.ok_or_else(unaligned)?))
         });
         for (number, gradients) in all.collect::<Result<Vec<_>>>()? {
@@ -195,14 +190,9 @@ impl<'f> NodeGradients<'f> {
         Ok(())
     }
 
-    /// Bytes of the memory, at the rank that reports them for its node.
-    pub fn reported_bytes(&self) -> usize {
-        if self.mates.is_leader() { self.memory.bytes().len() } else { 0 }
-    }
-
     /// Returns the memory for the next frame.
     pub fn leave(self, ranks: &mut Ranks) {
-        ranks.keep_node(self.memory);
+        ranks.keep_node(self.0);
     }
 }
 

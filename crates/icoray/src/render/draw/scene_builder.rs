@@ -1,26 +1,27 @@
 //! Builds the kernel's scene, in which fields are identified by numbers instead of names.
 
+use super::occupancy::NodeOccupancy;
 use super::terrain::Terrain;
 use crate::device::GradientSource;
-use crate::plan::{OccupancyTest, Savings, clear_values};
+use crate::plan::Savings;
 use crate::ranks::{Part, Ranks};
 use crate::render::context::FrameContext;
 use crate::render::frame_cache::{FrameCache, GradientKey, NormalKey, OccupancyKey};
 use crate::render::lazy::Lazy;
 use crate::render::prepare::FieldSummary;
 use fearless_simd::Level as VectorLevel;
-use icoray_grid::gradient::{Gradients, PartialGradients, PreparedSample};
+use icoray_grid::gradient::{Gradients, PartialGradients};
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::real::Real;
-use icoray_grid::samples::Samples;
-use icoray_grid::{Grid, Reals, Result};
+use icoray_grid::{Grid, Result};
 use icoray_kernel::PacketScene;
 use icoray_kernel::general::{
     Clips, FieldSource, Isosurface, KernelScene, Levels, Material, Medium, SurfaceHeight, SurfaceLayer, TransferMap,
 };
 use icoray_kernel::ground::{Core, Ground, Painter};
-use icoray_kernel::transfer::{KernelKnot, Spans};
+use icoray_kernel::transfer::KernelKnot;
 use icoray_scene::{Heights, Level, Method, Paint, Precision, Scene, Scenery, TransferFunction, Volume};
+use std::borrow::Cow;
 
 /// The kernel's scene of a frame, with the keys of its cached parts.
 #[derive(Debug)]
@@ -29,20 +30,27 @@ pub(in crate::render) struct BuiltScene<'f> {
     /// The scene for packets of rays, and the vector instructions, if it is traced in packets.
     pub packets: Option<(VectorLevel, PacketScene<'f>)>,
     occupancy_keys: Vec<OccupancyKey>,
-    pub(super) gradient_keys: Vec<Option<GradientKey>>,
+    pub gradient_keys: Vec<Option<GradientKey>>,
     normal_keys: Vec<NormalKey>,
 }
 
 impl BuiltScene<'_> {
-    /// Bytes of visible blocks, and of gradients that no other rank reads.
-    pub fn bytes(&self) -> usize {
+    /// Bytes of gradients and visible blocks; also of those in the node's memory if this rank reports them.
+    pub fn bytes(&self, reports_shared: bool) -> usize {
         let KernelScene { sources, visible, .. } = &self.scene;
-        let gradients: usize = sources.iter().map(|source| source.gradients.own_bytes()).sum();
-        gradients + visible.iter().map(OccupancyMask::bytes).sum::<usize>()
+        let own = sources.iter().map(|source| source.gradients.own_bytes()).sum::<usize>()
+            + visible.iter().map(OccupancyMask::own_bytes).sum::<usize>();
+        if !reports_shared {
+            return own;
+        }
+        let gradients = sources.iter().map(|source| source.gradients.values());
+        let blocks = visible.iter().filter(|mask| matches!(mask.blocks, Cow::Borrowed(_)));
+        own + gradients.map(|gradients| gradients.bytes().len() - gradients.own_bytes()).sum::<usize>()
+            + blocks.map(|mask| size_of_val(&*mask.blocks)).sum::<usize>()
     }
 
     /// The blocks that any volume or isosurface needs, if they are not those of the only mask.
-    pub fn joined(&self) -> Option<OccupancyMask> {
+    pub fn joined(&self) -> Option<OccupancyMask<'static>> {
         joined(&self.scene.visible, self.scene.grid, self.scene.levels.count())
     }
 
@@ -71,7 +79,7 @@ impl BuiltScene<'_> {
             cache.normals.store(key, normals);
         }
         for (key, visible) in self.occupancy_keys.into_iter().zip(visible) {
-            cache.visible.store(key, visible);
+            visible.into_own().into_iter().for_each(|own| cache.visible.store(key.clone(), own));
         }
         for (key, source) in self.gradient_keys.into_iter().zip(sources) {
             if let (Some(key), Some(own)) = (key, source.gradients.into_own()) {
@@ -101,13 +109,24 @@ pub(super) struct SceneBuilder<'p, 'f> {
     pub partial_gradients: bool,
     /// Whether the scene is built with its gradients.
     has_gradients: bool,
+    /// The visible blocks that the ranks of the node have found together.
+    pub node_occupancy: Option<&'f NodeOccupancy>,
 }
 
 impl<'p, 'f> SceneBuilder<'p, 'f> {
     pub fn new(context: &'p FrameContext<'f>, terrain: &'p Terrain<'f>, summary: &'p FieldSummary) -> Self {
         let (cuts, savings) = (vec![Vec::new(); context.fields.len()], context.renderer.savings);
         let partial_gradients = context.device.is_err() && context.part.is_none() && terrain.key.is_none();
-        SceneBuilder { context, terrain, summary, cuts, savings, partial_gradients, has_gradients: true }
+        SceneBuilder {
+            context,
+            terrain,
+            summary,
+            cuts,
+            savings,
+            partial_gradients,
+            has_gradients: true,
+            node_occupancy: None,
+        }
     }
 
     /// Leaves out gradients, which the ranks of a node compute together: in visible blocks only if `partial`.
@@ -162,13 +181,13 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
     }
 
     /// The machine's vector instructions, if rays are in single precision.
-    fn vectors(&self) -> Option<VectorLevel> {
+    pub(super) fn vectors(&self) -> Option<VectorLevel> {
         let FrameContext { renderer, scene, .. } = *self.context;
         renderer.vectors().filter(|_| scene.method == Method::Exact && scene.precision == Precision::F32)
     }
 
     /// Whether rays leap over empty space between concentric layers.
-    fn leaps(&self) -> bool {
+    pub(super) fn leaps(&self) -> bool {
         self.savings.empty_space
             && self.context.device.is_err()
             && self.context.part.is_none()
@@ -197,7 +216,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         TransferMap::new(source, knots)
     }
 
-    fn media(&mut self) -> Vec<Medium> {
+    pub(super) fn media(&mut self) -> Vec<Medium> {
         seen_volumes(self.context.scene)
             .map(|(_, Volume { field, transfer, opacity, .. })| {
                 let (by, extinction) = opacity.as_ref().map_or((field, transfer), |by| (&by.field, &by.transfer));
@@ -219,7 +238,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         }
     }
 
-    fn isosurfaces(&mut self) -> Vec<Isosurface> {
+    pub(super) fn isosurfaces(&mut self) -> Vec<Isosurface> {
         let surfaces = &self.context.scene.scenery.isosurfaces;
         surfaces
             .iter()
@@ -268,63 +287,6 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         surface_layers.iter().fold(0, |all, surface| all | blocks(surface))
     }
 
-    /// Occupancy of each volume and isosurface, with its key; without a key, all or nothing.
-    fn visible(&self, media: &[Medium], isosurfaces: &[Isosurface]) -> (Vec<OccupancyKey>, Vec<OccupancyMask>) {
-        let FrameContext { plan, grid, deviations, .. } = *self.context;
-        let layers = plan.radius.len();
-        if let Some(deviations) = deviations {
-            let leaps = self.leaps();
-            let source = self.context.fields[0].source(grid);
-            let key = OccupancyKey { source, falling: plan.falling, clear: Vec::new(), leaps };
-            let visible = self.context.cache.visible.take(&key).unwrap_or_else(|_| {
-                let visible = deviations.visible(grid, layers);
-                if leaps { visible.with_macrocells(grid, layers) } else { visible }
-            });
-            return (vec![key], vec![visible]);
-        }
-        if !self.savings.empty_space {
-            return (Vec::new(), vec![OccupancyMask::default().full(layers)]);
-        }
-        if media.is_empty() && isosurfaces.is_empty() {
-            return (Vec::new(), vec![OccupancyMask::none(grid.triangles(), layers)]);
-        }
-        let of_media = media.iter().map(|medium| (medium.extinction.source, medium.extinction.knots().to_vec()));
-        let of_surfaces =
-            isosurfaces.iter().map(|s| (s.source, spike(s.value, self.range(s.source).unwrap_or([0.0; 2]))));
-        // Macrocells of several masks are those of the joined one.
-        let leaps = self.leaps() && media.len() + isosurfaces.len() == 1;
-        let all =
-            of_media.chain(of_surfaces).map(|(source, knots)| match self.context.fields[source].field().samples() {
-                Reals::F32(data) => self.visible_of(data, source, &knots, leaps),
-                Reals::F64(data) => self.visible_of(data, source, &knots, leaps),
-            });
-        all.unzip()
-    }
-
-    fn visible_of<S: PreparedSample>(
-        &self,
-        data: &[S],
-        source: usize,
-        knots: &[KernelKnot],
-        leaps: bool,
-    ) -> (OccupancyKey, OccupancyMask) {
-        let FrameContext { plan, grid, .. } = *self.context;
-        let field = &self.context.fields[source];
-        let (range, whole) = (self.range(source), Spans::<f64>::new(knots));
-        let samples = Samples::new(data, &field.field(), plan.falling, whole.range());
-        // Values that equal a knot in the precision of the rays.
-        let clear = match self.vectors() {
-            Some(_) => clear_values(&Spans::<f32>::new(knots), &samples, range),
-            None => clear_values(&whole, &samples, range),
-        };
-        let bits = clear.iter().map(|range| range.map(|value| value.wide().to_bits())).collect();
-        let key = OccupancyKey { source: field.source(grid), falling: plan.falling, clear: bits, leaps };
-        let occupancy = OccupancyTest { grid, samples, layers: plan.radius.len(), clear, leaps };
-        let cached = self.context.cache.visible.take(&key);
-        let visible = cached.unwrap_or_else(|memory| occupancy.visible(memory.unwrap_or_default()));
-        (key, visible)
-    }
-
     /// Places a surface on the layer at this radius, up to rounding, which must not leave it slightly above the
     /// outermost one, where nothing is shown.
     fn place_at(&self, radius: f64) -> SurfaceHeight {
@@ -334,9 +296,9 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         layer.map_or(SurfaceHeight::Radius(radius), SurfaceHeight::Layer)
     }
 
-    /// The least and the greatest value of a field, over all ranks for the first.
-    fn range(&self, source: usize) -> Option<[f64; 2]> {
-        if source == 0 { self.summary.value_range } else { self.context.range(source).0 }
+    /// The least and the greatest value of a field.
+    pub(super) fn range(&self, source: usize) -> Option<[f64; 2]> {
+        self.summary.range(self.context, source)
     }
 
     /// The fields, with gradients of those that are lit, and the keys of these gradients.
@@ -374,7 +336,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
 }
 
 /// The blocks of any of these masks, if there is more than one.
-fn joined(all: &[OccupancyMask], grid: &Grid, layers: usize) -> Option<OccupancyMask> {
+fn joined(all: &[OccupancyMask], grid: &Grid, layers: usize) -> Option<OccupancyMask<'static>> {
     (all.len() > 1).then(|| OccupancyMask::joined(all, grid, layers, 0))
 }
 
@@ -395,11 +357,4 @@ pub(super) fn surface_levels(scenery: &Scenery) -> Vec<Level> {
         }
     }
     all
-}
-
-/// A transfer function that is clear except near `value`, for a field of this range.
-fn spike(value: f64, [low, high]: [f64; 2]) -> Vec<KernelKnot> {
-    let near = if high > low { 1e-6 * (high - low) } else { value.abs().max(1.0) };
-    let knot = |value: f64, extinction: f64| KernelKnot { value, color: [0.0; 3], extinction };
-    vec![knot(value - near, 0.0), knot(value, 1.0), knot(value + near, 0.0)]
 }

@@ -1,0 +1,64 @@
+//! Work on a frame's fields that the ranks of a node share, as they read the same fields in its memory: each computes
+//! what belongs to some cells, and all read the whole.
+
+use super::scene_builder::SceneBuilder;
+use crate::ranks::{NodeRanks, Ranks, decode, encode};
+use icoray_grid::Result;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::ops::Range;
+
+/// Cells or triangles of which a rank has a turn before the next one of its node: those that rays pass are close
+/// together in most meshes, so longer turns would leave ranks without work.
+const TURN: usize = 1024;
+
+/// The ranks that share the work of a frame on their node, and the sizes of the largest grid of a node.
+#[derive(Clone, Copy)]
+pub(super) struct NodeWork<'f> {
+    mates: &'f NodeRanks,
+    pub max_cells: usize,
+    pub max_triangles: usize,
+    /// Whether no rank has a device or other nodes that read gradients ([`SceneBuilder::partial_gradients`]).
+    pub partial_gradients: bool,
+}
+
+impl<'f> NodeWork<'f> {
+    /// The shared work of the frame of `builder`; `None` if not all ranks need what it computes, or those of a node do
+    /// not read the same fields. Collective.
+    pub fn agree(builder: &SceneBuilder<'_, 'f>, ranks: &mut Ranks) -> Result<Option<Self>> {
+        let context = builder.context;
+        let Some(mates) = context.mates else { return Ok(None) };
+        let sizes = (context.grid.cells(), context.grid.triangles());
+        let ((all_need, partial_gradients), (max_cells, max_triangles)) = ranks
+            .reduce_values(((context.needs_scene(), builder.partial_gradients), sizes), |(a, m), (b, n)| {
+                ((a.0 && b.0, a.1 && b.1), (m.0.max(n.0), m.1.max(n.1)))
+            })?;
+        Ok(all_need.then_some(NodeWork { mates, max_cells, max_triangles, partial_gradients }))
+    }
+
+    /// This rank's turns among `count` cells or triangles.
+    pub fn turns(&self, count: usize) -> impl Iterator<Item = Range<usize>> + use<> {
+        let (place, size) = (self.mates.place(), self.mates.mates().len());
+        (place * TURN..count).step_by(size * TURN).map(move |first| first..count.min(first + TURN))
+    }
+
+    /// The sum of what the ranks of the node have each. Collective.
+    pub fn sum<T: Serialize + DeserializeOwned>(
+        &self,
+        ranks: &mut Ranks,
+        mine: &T,
+        add: impl Fn(T, T) -> T,
+    ) -> Result<T> {
+        let all = ranks.share_among(self.mates.mates(), encode(mine))?;
+        let mut sum = decode(&all[0])?;
+        for other in &all[1..] {
+            sum = add(sum, decode(other)?);
+        }
+        Ok(sum)
+    }
+
+    /// Whether this rank reports what the node has once.
+    pub fn is_reporter(&self) -> bool {
+        self.mates.is_leader()
+    }
+}
