@@ -88,12 +88,17 @@ impl OwnedReals {
         }
     }
 
+    /// The elements as bytes.
+    pub fn as_bytes(&self) -> &[u8] {
+        match self {
+            OwnedReals::F32(v) => bytemuck::cast_slice(v),
+            OwnedReals::F64(v) => bytemuck::cast_slice(v),
+        }
+    }
+
     /// Bytes of the elements.
     pub fn bytes(&self) -> usize {
-        match self {
-            OwnedReals::F32(v) => size_of_val(v.as_slice()),
-            OwnedReals::F64(v) => size_of_val(v.as_slice()),
-        }
+        self.as_bytes().len()
     }
 }
 

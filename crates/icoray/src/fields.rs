@@ -1,6 +1,6 @@
 //! The fields of a frame, by name.
 
-use icoray_grid::{Error, ErrorKind, Field, Layers, Location, OwnedReals, Result, Shape};
+use icoray_grid::{Error, ErrorKind, Field, Layers, Location, Reals, Result, Shape};
 use icoray_scene::{Heights, Scene, did_you_mean};
 
 /// Borrowed fields by name.
@@ -128,8 +128,8 @@ impl FieldLayout {
     }
 
     /// The level-fastest values as a field.
-    pub fn field(self, values: &OwnedReals, fill: Option<f64>) -> Field<'_> {
-        Field::new(values.as_reals(), Shape::level_fastest(self.columns, self.layers), self.location, fill)
+    pub fn field(self, values: Reals<'_>, fill: Option<f64>) -> Field<'_> {
+        Field::new(values, Shape::level_fastest(self.columns, self.layers), self.location, fill)
             .expect("the values were made for this shape")
     }
 }

@@ -181,7 +181,7 @@ impl Renderer {
         };
         let drawn = draw(&context, ranks)?;
         prepared.into_iter().chain(heights).for_each(|field| field.keep(&self.frame_cache, grid));
-        self.derived.keep(made);
+        self.derived.keep(ranks, made);
         Ok(drawn)
     }
 

@@ -98,8 +98,8 @@ fn general_frames_make_no_array_anew() {
     }
 }
 
-/// Of a node's mesh, and of what a lit frame derives from the fields, there is one copy, whatever the number of ranks:
-/// more of them keep no more for each cell.
+/// Of a node's mesh, and of what a lit frame of a derived field computes, there is one copy, whatever the number of
+/// ranks: more of them keep no more for each cell.
 fn ranks_of_a_node_share_what_they_derive() {
     let mesh = IcosahedralMesh::new(6).unwrap();
     for nodes in [1, 2] {
@@ -133,7 +133,9 @@ fn bytes_of_nodes(mesh: &IcosahedralMesh, nodes: usize, of_node: usize) -> [isiz
     let parts: Vec<Culled> = (0..ranks).map(part).collect();
     let node_of: Vec<usize> = (0..ranks).map(|rank| rank / of_node).collect();
     let (meeting, bytes) = (Barrier::new(ranks), Mutex::new(Vec::new()));
-    let scene = scene("[light]\nkind = \"headlight\"");
+    let lit = "[light]\nkind = \"headlight\"\n[[derive]]\nname = \"d\"\nmagnitude = [\"f\", \"f\"]";
+    let mut scene = scene(lit);
+    scene.volumes[0].field = "d".into();
     let layers = Layers::from_heights(&Vec::from_iter((0..LAYERS).map(|k| 1000.0 * k as f64)), 6_371_000.0).unwrap();
     // Some of it is in the clear range of the transfer function.
     let values = |cell: &usize| (0..LAYERS).map(move |layer| ((cell + layer) as f32 * 1e-3).sin()).collect::<Vec<_>>();
@@ -159,7 +161,7 @@ fn bytes_of_nodes(mesh: &IcosahedralMesh, nodes: usize, of_node: usize) -> [isiz
         let renderer = Renderer::new(1).unwrap();
         let data = DistributedGrid { grid: &grid, decomposition: Some(&decomposition), layers: &layers };
         let field = Field::level_fastest(&fields[rank], LAYERS, Location::Center).unwrap();
-        renderer.render_decomposed(&mut ranks, &scene, data, &field).unwrap();
+        renderer.render_decomposed(&mut ranks, &scene, data, Fields::new([("f", field)])).unwrap();
         let of_frame = count(&region) - of_parts;
         if rank == 0 {
             *bytes.lock().unwrap() = vec![of_parts, of_frame];

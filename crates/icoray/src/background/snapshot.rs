@@ -67,7 +67,7 @@ impl Copied {
     }
 
     fn field(&self) -> Field<'_> {
-        self.at.field(&self.values, self.fill)
+        self.at.field(self.values.as_reals(), self.fill)
     }
 }
 

@@ -4,15 +4,16 @@
 //! has f64, and is missing where an input is. Sums and lengths are computed in f64 and limited to the largest number of
 //! the array's type.
 //!
-//! Ranks with parts derive their own columns, halo included. Only zonal means need columns of other ranks; they are
-//! summed in integers, so the result does not depend on threads or ranks, to the bit.
+//! Ranks that read the same fields in their node's memory derive fields there, each some columns, halo included. Only
+//! zonal means need columns of other ranks; they are summed in integers, so the result does not depend on threads or
+//! ranks, to the bit.
 
 mod resolve;
 mod run;
 mod zonal;
 
 use crate::fields::{FieldLayout, Fields};
-use crate::ranks::Ranks;
+use crate::ranks::{NodeValues, Ranks};
 use crate::render::RenderInputs;
 use icoray_grid::threads::Threads;
 use icoray_grid::{Error, ErrorKind, Field, OwnedReals, Reals, Result, Shape, memory};
@@ -37,8 +38,7 @@ pub(crate) struct DerivedFieldCache {
 #[derive(Debug)]
 struct FirstFrame {
     origin: String,
-    at: FieldLayout,
-    values: Arc<OwnedReals>,
+    values: Arc<Values>,
 }
 
 /// The derived fields of a frame.
@@ -52,15 +52,39 @@ pub(crate) struct DerivedFields {
 #[derive(Debug)]
 struct DerivedField {
     name: String,
-    /// Level-fastest; NaN where a value is missing.
-    values: OwnedReals,
-    at: FieldLayout,
+    values: Values,
+}
+
+/// Values of a field, level-fastest; NaN where one is missing.
+#[derive(Debug)]
+enum Values {
+    /// A rank's own.
+    Own { values: OwnedReals, at: FieldLayout },
+    /// Those that the ranks of its node have computed together.
+    Node(NodeValues),
+}
+
+impl Values {
+    fn field(&self) -> Field<'_> {
+        match self {
+            Values::Own { values, at } => at.field(values.as_reals(), None),
+            Values::Node(values) => values.field(),
+        }
+    }
+
+    /// Bytes that this rank reports.
+    fn bytes(&self) -> usize {
+        match self {
+            Values::Own { values, .. } => values.bytes(),
+            Values::Node(values) => values.reported_bytes(),
+        }
+    }
 }
 
 impl DerivedFields {
     /// The derived fields, followed by the given ones.
     pub fn fields<'m>(&'m self, of: &Fields<'m>) -> Fields<'m> {
-        let made = self.fields.iter().map(|made| (made.name.as_str(), made.at.field(&made.values, None)));
+        let made = self.fields.iter().map(|made| (made.name.as_str(), made.values.field()));
         Fields::new(made).with(of.clone())
     }
 
@@ -72,39 +96,55 @@ impl DerivedFields {
 
 impl DerivedFieldCache {
     /// Stores the buffers of a frame's fields for the next frame that derives any.
-    pub fn keep(&self, made: DerivedFields) {
-        if !made.fields.is_empty() {
-            let values = made.fields.into_iter().map(|made| made.values).collect();
-            *self.memory.lock().unwrap_or_else(PoisonError::into_inner) = values;
+    pub fn keep(&self, ranks: &mut Ranks, made: DerivedFields) {
+        if made.fields.is_empty() {
+            return;
         }
+        let mut own = Vec::new();
+        for DerivedField { values, .. } in made.fields {
+            match values {
+                Values::Own { values, .. } => own.push(values),
+                Values::Node(values) => values.leave(ranks),
+            }
+        }
+        *self.memory.lock().unwrap_or_else(PoisonError::into_inner) = own;
     }
 
-    /// Checks that the derived fields of a scene fit into `limit` or, in each of a number of processes, into the system's
-    /// free memory, beside those of the previous frame. Each is assumed to be as large as the first of `fields`.
-    fn require(&self, scene: &Scene, fields: &Fields, limit: Option<u64>, processes: usize) -> Result<()> {
+    /// Checks that the derived fields of a scene, once in a number of `mates`, fit into `limit` or, in each of a number of
+    /// processes, into the system's free memory, beside those of the previous frame. Each is assumed to be as large as
+    /// the first of `fields`.
+    fn require(
+        &self,
+        scene: &Scene,
+        fields: &Fields,
+        limit: Option<u64>,
+        [processes, mates]: [usize; 2],
+    ) -> Result<()> {
         let held =
             self.memory.lock().unwrap_or_else(PoisonError::into_inner).iter().map(OwnedReals::bytes).sum::<usize>();
         // A frame without fields is refused where fields are read.
-        let needed = fields.first("").map_or(0, |field| bytes(scene, field));
+        let needed = fields.first("").map_or(0, |field| bytes(scene, field).div_ceil(mates as u64));
         let missing = needed.saturating_sub((held + self.first_bytes()) as u64);
         memory::require_each("derived fields", missing, limit, processes)
     }
 
-    /// The field's values in the first frame; stores the current ones if there are none.
-    fn first(&self, origin: &str, field: &Field, threads: &Threads) -> Result<Arc<OwnedReals>> {
-        let at = FieldLayout::of(field);
+    /// The values of a field of this layout in the first frame, if they are stored.
+    fn first(&self, origin: &str, at: FieldLayout) -> Result<Option<Arc<Values>>> {
+        let all = self.firsts.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_it = |first: &&FirstFrame| FieldLayout::of(&first.values.field()) == at && first.origin == origin;
+        match all.iter().find(is_it) {
+            None if all.len() == MAX_FIRSTS => {
+                let context = format!("fields of {MAX_FIRSTS} first steps are stored already, expected no further one");
+                Err(Error::new(ErrorKind::Scene, context))
+            }
+            found => Ok(found.map(|first| first.values.clone())),
+        }
+    }
+
+    /// Stores the values of the first frame.
+    fn store_first(&self, origin: &str, values: Arc<Values>) {
         let mut all = self.firsts.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(first) = all.iter().find(|first| first.at == at && first.origin == origin) {
-            return Ok(first.values.clone());
-        }
-        if all.len() == MAX_FIRSTS {
-            let context = format!("fields of {MAX_FIRSTS} first steps are stored already, expected no further one");
-            return Err(Error::new(ErrorKind::Scene, context));
-        }
-        let room = OwnedReals::buffer(field.samples(), None);
-        let values = Arc::new(threads.run(|| fill(room, &[*field], &Operation::Sum(vec![1.0]))));
-        all.push(FirstFrame { origin: origin.to_owned(), at, values: values.clone() });
-        Ok(values)
+        all.push(FirstFrame { origin: origin.to_owned(), values });
     }
 
     fn first_bytes(&self) -> usize {
@@ -112,14 +152,18 @@ impl DerivedFieldCache {
         all.iter().map(|first| first.values.bytes()).sum()
     }
 
-    /// A buffer in the highest precision of `of`; reuses a stored one of this precision.
-    fn room_for(&self, of: &[Field]) -> OwnedReals {
-        let widest = of.iter().find(|field| matches!(field.samples(), Reals::F64(_))).unwrap_or(&of[0]).samples();
+    /// A stored buffer of the precision of `like`, if there is one.
+    fn room_for(&self, like: Reals) -> Option<OwnedReals> {
         let mut memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_wide = |values: &OwnedReals| matches!(values, OwnedReals::F64(_));
-        let found = memory.iter().position(|values| is_wide(values) == matches!(widest, Reals::F64(_)));
-        OwnedReals::buffer(widest, found.map(|at| memory.swap_remove(at)))
+        let is_like = |values: &OwnedReals| matches!(values, OwnedReals::F64(_)) == matches!(like, Reals::F64(_));
+        let found = memory.iter().position(is_like);
+        found.map(|at| memory.swap_remove(at))
     }
+}
+
+/// The samples of the field of highest precision.
+fn widest<'f>(of: &[Field<'f>]) -> Reals<'f> {
+    of.iter().find(|field| matches!(field.samples(), Reals::F64(_))).unwrap_or(&of[0]).samples()
 }
 
 /// Computes the derived fields that the scene needs. Collective; the result does not depend on the decomposition of the
@@ -140,37 +184,53 @@ pub(crate) fn make(
     if given.scene.scenery.derived.is_empty() {
         return Ok(DerivedFields::default());
     }
-    let processes = ranks.node_size();
-    let has_room = ranks.attempt(|| kept.require(given.scene, given.fields, limit, processes));
+    let require = |ranks: &Ranks, mates| kept.require(given.scene, given.fields, limit, [ranks.node_size(), mates]);
+    let mates = given.mates.map_or(1, |mates| mates.mates().len());
+    let has_room = ranks.attempt(|| require(ranks, mates));
     let needed = needed_derivations(given.scene);
     let described = needed.iter().map(|(derivation, _)| format!("{:?} = {:?}", derivation.name, derivation.how));
     // Otherwise the collective calls of zonal means would not match.
     ranks.agree_all(has_room, |()| vec![("derives", described.collect::<Vec<_>>().join(", "))])?;
+    let compute = |ranks: &mut Ranks, inputs: &[Field], operation: &Operation| {
+        let (at, widest) = (FieldLayout::of(&inputs[0]), widest(inputs));
+        let make = |columns, room| threads.run(|| fill(OwnedReals::buffer(widest, room), inputs, operation, columns));
+        if let Some(mates) = given.mates {
+            if let Some(values) = NodeValues::compute(ranks, mates, at, matches!(widest, Reals::F64(_)), make)? {
+                return Ok(Values::Node(values));
+            }
+            // Each rank takes memory of its own for all columns.
+            let has_room = require(ranks, 1);
+            ranks.collective(has_room)?;
+        }
+        ranks.collective_work(|| Ok(Values::Own { values: make(0..at.columns, kept.room_for(widest)), at }))
+    };
     let mut made = DerivedFields::default();
     for (Derivation { name, how }, origin) in &needed {
         let of = made.fields(given.fields);
         let inputs = ranks.collective_work(|| inputs(&of, how).map_err(|e| e.within(format!("{name:?}"))))?;
-        let means = match how {
-            How::FromZonalMean { band_deg, .. } => Some(Means::of(ranks, threads, given, &inputs[0], *band_deg)?),
-            _ => None,
-        };
-        let at = FieldLayout::of(&inputs[0]);
-        let values = ranks.collective_work(|| {
-            let room = kept.room_for(&inputs);
-            let fill = |inputs: &[Field], operation| Ok(threads.run(|| fill(room, inputs, &operation)));
-            match how {
-                How::Magnitude(_) => fill(&inputs, Operation::Magnitude),
-                How::Combination(terms) => {
-                    fill(&inputs, Operation::Sum(terms.iter().map(|(factor, _)| *factor).collect()))
-                }
-                How::FromZonalMean { .. } => fill(&inputs, Operation::FromMeans(means.as_ref().expect("found above"))),
-                How::FromFirst(_) => {
-                    let first = kept.first(origin, &inputs[0], threads)?;
-                    fill(&[inputs[0], at.field(&first, None)], Operation::Sum(vec![1.0, -1.0]))
-                }
+        let values = match how {
+            How::Magnitude(_) => compute(ranks, &inputs, &Operation::Magnitude)?,
+            How::Combination(terms) => {
+                compute(ranks, &inputs, &Operation::Sum(terms.iter().map(|(factor, _)| *factor).collect()))?
             }
-        })?;
-        made.fields.push(DerivedField { name: name.clone(), values, at });
+            How::FromZonalMean { band_deg, .. } => {
+                let means = Means::of(ranks, threads, given, &inputs[0], *band_deg)?;
+                compute(ranks, &inputs, &Operation::FromMeans(&means))?
+            }
+            How::FromFirst(_) => {
+                let stored = ranks.collective_work(|| kept.first(origin, FieldLayout::of(&inputs[0])))?;
+                let first = match stored {
+                    Some(first) => first,
+                    None => {
+                        let first = Arc::new(compute(ranks, &inputs, &Operation::Sum(vec![1.0]))?);
+                        kept.store_first(origin, first.clone());
+                        first
+                    }
+                };
+                compute(ranks, &[inputs[0], first.field()], &Operation::Sum(vec![1.0, -1.0]))?
+            }
+        };
+        made.fields.push(DerivedField { name: name.clone(), values });
     }
     made.remembered = kept.first_bytes();
     Ok(made)

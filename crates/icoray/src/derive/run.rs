@@ -2,7 +2,6 @@
 //! that the compiler vectorises, and writes the requested precision.
 
 use super::zonal::Means;
-use crate::fields::FieldLayout;
 use fearless_simd::{Level, dispatch};
 use icoray_grid::sample::Sample;
 use icoray_grid::{Field, OwnedReals, Reals};
@@ -23,23 +22,29 @@ pub(super) enum Operation<'o> {
     FromMeans(&'o Means<'o>),
 }
 
-/// Fills `values` with the results of the operation on inputs at the same location.
-pub(super) fn fill(values: OwnedReals, inputs: &[Field], operation: &Operation) -> OwnedReals {
+/// Fills `values` with the results of the operation on some columns of inputs at the same location.
+pub(super) fn fill(values: OwnedReals, inputs: &[Field], operation: &Operation, columns: Range<usize>) -> OwnedReals {
     match values {
-        OwnedReals::F32(memory) => OwnedReals::F32(filled(memory, inputs, operation)),
-        OwnedReals::F64(memory) => OwnedReals::F64(filled(memory, inputs, operation)),
+        OwnedReals::F32(memory) => OwnedReals::F32(filled(memory, inputs, operation, columns)),
+        OwnedReals::F64(memory) => OwnedReals::F64(filled(memory, inputs, operation, columns)),
     }
 }
 
-fn filled<S: Sample + Default>(mut values: Vec<S>, inputs: &[Field], operation: &Operation) -> Vec<S> {
-    let FieldLayout { columns, layers, .. } = FieldLayout::of(&inputs[0]);
-    values.reserve_exact((columns * layers).saturating_sub(values.len()));
-    values.resize(columns * layers, S::default());
+fn filled<S: Sample + Default>(
+    mut values: Vec<S>,
+    inputs: &[Field],
+    operation: &Operation,
+    columns: Range<usize>,
+) -> Vec<S> {
+    let layers = inputs[0].shape().layers;
+    values.reserve_exact((columns.len() * layers).saturating_sub(values.len()));
+    values.resize(columns.len() * layers, S::default());
     let level = Level::new();
     let buffers = || vec![Vec::new(); inputs.len() + 1];
     let rows = (RUN / layers).max(1);
     values.par_chunks_mut(rows * layers).enumerate().for_each_init(buffers, |buffers, (n, to)| {
-        let columns = n * rows..n * rows + to.len() / layers;
+        let first = columns.start + n * rows;
+        let columns = first..first + to.len() / layers;
         let (result, loaded) = buffers.split_first_mut().expect("one more than inputs");
         loaded.iter_mut().zip(inputs).for_each(|(run, input)| load(input, columns.clone(), run));
         result.clear();

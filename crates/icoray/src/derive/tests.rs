@@ -82,7 +82,7 @@ impl World {
         let given = RenderInputs { scene, grid: &grid, part: None, mates: None, layers: &layers(), fields };
         let made = make(&mut Ranks::alone(), kept, &self.threads, &given, None)?;
         let found = look(&made.fields(fields), &made);
-        kept.keep(made);
+        kept.keep(&mut Ranks::alone(), made);
         Ok(found)
     }
 }
@@ -288,9 +288,9 @@ fn memory_is_used_again() {
     let place = |scene: &Scene, step: usize, is_wide| {
         let array = world.array(step, 0, is_wide);
         let fields = Fields::new([("q", array.field())]);
-        let place = |_: &Fields, made: &DerivedFields| match &made.fields[0].values {
-            OwnedReals::F32(values) => values.as_ptr().addr(),
-            OwnedReals::F64(values) => values.as_ptr().addr(),
+        let place = |_: &Fields, made: &DerivedFields| match made.fields[0].values.field().samples() {
+            Reals::F32(values) => values.as_ptr().addr(),
+            Reals::F64(values) => values.as_ptr().addr(),
         };
         world.make(&kept, scene, &fields, place).unwrap()
     };

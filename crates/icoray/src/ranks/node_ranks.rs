@@ -4,6 +4,11 @@ use super::Ranks;
 use super::wire::{decode, encode};
 use icoray_grid::Result;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+/// Columns or triangles of which a rank has a turn before the next one of its node: those that rays pass are close
+/// together in most meshes, so longer turns would leave ranks without work.
+const TURN: usize = 1024;
 
 /// The node of this rank: a group of ranks that share memory, identified by its lowest rank, its leader. A rank knows
 /// of other nodes only what it asks for ([`Self::partners`]).
@@ -55,6 +60,12 @@ impl NodeRanks {
     /// Whether the thing `number` is this rank's where mates divide work: they have equal shares.
     pub fn has_share(&self, number: usize) -> bool {
         number % self.mates.len() == self.place
+    }
+
+    /// This rank's turns among `count` columns or triangles, where mates share work: each has some of them in turn.
+    pub fn turns(&self, count: usize) -> impl Iterator<Item = Range<usize>> + use<> {
+        let (place, size) = (self.place, self.mates.len());
+        (place * TURN..count).step_by(size * TURN).map(move |first| first..count.min(first + TURN))
     }
 
     /// For each of the ranks `others` of other nodes one of them on its node, with which this rank exchanges data: the

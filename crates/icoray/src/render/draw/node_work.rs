@@ -8,10 +8,6 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 
-/// Cells or triangles of which a rank has a turn before the next one of its node: those that rays pass are close
-/// together in most meshes, so longer turns would leave ranks without work.
-const TURN: usize = 1024;
-
 /// The ranks that share the work of a frame on their node, and the sizes of the largest grid of a node.
 #[derive(Clone, Copy)]
 pub(super) struct NodeWork<'f> {
@@ -38,8 +34,7 @@ impl<'f> NodeWork<'f> {
 
     /// This rank's turns among `count` cells or triangles.
     pub fn turns(&self, count: usize) -> impl Iterator<Item = Range<usize>> + use<> {
-        let (place, size) = (self.mates.place(), self.mates.mates().len());
-        (place * TURN..count).step_by(size * TURN).map(move |first| first..count.min(first + TURN))
+        self.mates.turns(count)
     }
 
     /// The sum of what the ranks of the node have each. Collective.
