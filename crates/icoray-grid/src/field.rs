@@ -340,6 +340,7 @@ mod corner_columns;
 mod moved;
 pub use center::CenterField;
 pub use corner_columns::CornerColumns;
+pub use moved::moved;
 
 #[cfg(test)]
 mod tests {

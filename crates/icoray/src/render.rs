@@ -180,7 +180,7 @@ impl Renderer {
             start,
         };
         let drawn = draw(&context, ranks)?;
-        prepared.into_iter().chain(heights).for_each(|field| field.keep(&self.frame_cache, grid));
+        prepared.into_iter().chain(heights).for_each(|field| field.keep(ranks, &self.frame_cache, grid));
         self.derived.keep(ranks, made);
         Ok(drawn)
     }

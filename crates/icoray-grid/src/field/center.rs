@@ -11,10 +11,10 @@ use rayon::prelude::*;
 /// precision of that field.
 #[derive(Debug, Clone)]
 pub struct CenterField {
-    pub(super) values: OwnedReals,
-    pub(super) shape: Shape,
+    values: OwnedReals,
+    shape: Shape,
     /// [`Field::number`] of the field: unchanged while no value changes.
-    pub(super) number: u64,
+    number: u64,
 }
 
 impl CenterField {
@@ -24,23 +24,19 @@ impl CenterField {
     /// # Errors
     /// [`ErrorKind::Field`] when `field` is not at corners or does not have one column per corner of `grid`.
     pub fn average(grid: &Grid, field: &Field) -> Result<Self> {
-        Self::average_in(grid, field, None)
-    }
-
-    /// [`Self::average`] in the memory of another field, such as that of the previous frame.
-    ///
-    /// # Errors
-    /// As [`Self::average`].
-    pub fn average_in(grid: &Grid, field: &Field, memory: Option<Self>) -> Result<Self> {
         let shape = field.shape();
         if field.location() != Location::Corner || shape.columns != grid.triangles() {
             let found = format!("{} columns at {:?}", shape.columns, field.location());
             return Err(Error::new(ErrorKind::Field, format!("{found}, expected {} at Corner", grid.triangles())));
         }
         let cells = (0..grid.cells() as u32).into_par_iter();
-        let values = CornerColumns::new(*field).averages(grid, cells, memory.map(|memory| memory.values));
-        let shape = Shape::level_fastest(grid.cells(), shape.layers);
-        Ok(CenterField { values, shape, number: next_number() })
+        Ok(Self::new(CornerColumns::new(*field).averages(grid, cells, None), shape.layers))
+    }
+
+    /// The field of these values, level-fastest.
+    pub fn new(values: OwnedReals, layers: usize) -> Self {
+        let shape = Shape::level_fastest(values.as_reals().len() / layers, layers);
+        CenterField { values, shape, number: next_number() }
     }
 
     /// The field, borrowed.
@@ -53,6 +49,11 @@ impl CenterField {
     pub fn values_mut(&mut self) -> &mut OwnedReals {
         self.number = next_number();
         &mut self.values
+    }
+
+    /// The values, level-fastest.
+    pub fn into_values(self) -> OwnedReals {
+        self.values
     }
 
     /// Bytes of the values.

@@ -1,6 +1,6 @@
 //! Columns of values that the ranks of a node compute together, each those of its turns, in memory that all read.
 
-use super::{NodeMemory, NodeRanks, Ranks};
+use super::{NodeMemory, NodeRanks, Part, Ranks};
 use crate::fields::FieldLayout;
 use icoray_grid::{Field, OwnedReals, Reals, Result};
 use std::ops::Range;
@@ -42,6 +42,12 @@ impl NodeValues {
             Ok(())
         })?;
         Ok(Some(NodeValues { memory, at, is_f64, is_reporter: mates.is_leader() }))
+    }
+
+    /// Replaces the columns of halo cells by those of their owners. Collective.
+    pub fn fill_halo(&mut self, ranks: &mut Ranks, part: &Part) -> Result<()> {
+        let width = self.at.layers * if self.is_f64 { size_of::<f64>() } else { size_of::<f32>() };
+        part.fill_shared_halo(ranks, &mut self.memory, (0, width))
     }
 
     /// The field.

@@ -4,11 +4,14 @@
 use super::RenderInputs;
 use super::frame_cache::{FrameCache, MovedKey, SourceKey};
 use super::renderer::Renderer;
+use crate::fields::FieldLayout;
 use crate::plan::Plan;
-use crate::ranks::{HAS_WHOLE, Ranks};
+use crate::ranks::{HAS_WHOLE, NodeRanks, NodeValues, Ranks};
 use icoray_grid::heights::check_corners;
-use icoray_grid::{CenterField, Field, Grid, Location, Reals, Result};
+use icoray_grid::{CenterField, CornerColumns, Field, Grid, Location, OwnedReals, Reals, Result, moved};
 use icoray_scene::Heights;
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// Maximum number of values of a field that ranks compare in a frame.
 const SAMPLES: usize = 4096;
@@ -18,9 +21,42 @@ pub(super) struct PreparedField<'f> {
     name: String,
     given: Field<'f>,
     /// The average at the centres, if the field was given at corners.
-    average: Option<CenterField>,
+    average: Option<ComputedField>,
     /// The values on the layers of the first field, if this one has others.
-    moved: Option<(MovedKey, CenterField)>,
+    moved: Option<(MovedKey, ComputedField)>,
+}
+
+/// A field that was computed from another one.
+enum ComputedField {
+    /// By this rank.
+    Own(CenterField),
+    /// By the ranks of the node together.
+    Node(NodeValues),
+}
+
+impl ComputedField {
+    fn field(&self) -> Field<'_> {
+        match self {
+            ComputedField::Own(values) => values.field(),
+            ComputedField::Node(values) => values.field(),
+        }
+    }
+
+    /// Bytes that this rank reports.
+    fn bytes(&self) -> usize {
+        match self {
+            ComputedField::Own(values) => values.bytes(),
+            ComputedField::Node(values) => values.reported_bytes(),
+        }
+    }
+
+    /// Keeps the memory for the next frame.
+    fn keep(self, ranks: &mut Ranks, keep_own: impl FnOnce(CenterField)) {
+        match self {
+            ComputedField::Own(values) => keep_own(values),
+            ComputedField::Node(values) => values.leave(ranks),
+        }
+    }
 }
 
 impl<'f> PreparedField<'f> {
@@ -43,7 +79,7 @@ impl PreparedField<'_> {
     /// The field at the centres, on the layers of the first.
     pub fn field(&self) -> Field<'_> {
         let moved = self.moved.as_ref().map(|(_, moved)| moved);
-        moved.or(self.average.as_ref()).map_or(self.given, CenterField::field)
+        moved.or(self.average.as_ref()).map_or(self.given, ComputedField::field)
     }
 
     /// Identifies the values of [`Self::field`] between frames.
@@ -59,16 +95,16 @@ impl PreparedField<'_> {
     /// Bytes of the average and the moved values.
     pub fn bytes(&self) -> usize {
         let moved = self.moved.as_ref().map(|(_, moved)| moved);
-        self.average.iter().chain(moved).map(CenterField::bytes).sum()
+        self.average.iter().chain(moved).map(ComputedField::bytes).sum()
     }
 
-    /// Stores average and moved values in the cache for the next frame.
-    pub fn keep(self, cache: &FrameCache, grid: &Grid) {
+    /// Stores average and moved values in the cache, and their memory, for the next frame.
+    pub fn keep(self, ranks: &mut Ranks, cache: &FrameCache, grid: &Grid) {
         if let Some(average) = self.average {
-            cache.averages.store(SourceKey::new(grid, &self.given), average);
+            average.keep(ranks, |own| cache.averages.store(SourceKey::new(grid, &self.given), own));
         }
         if let Some((key, moved)) = self.moved {
-            cache.moved.store(key, moved);
+            moved.keep(ranks, |own| cache.moved.store(key, own));
         }
     }
 }
@@ -82,7 +118,7 @@ impl Renderer {
         given: &RenderInputs<'f>,
         has_whole: bool,
     ) -> Result<Vec<PreparedField<'f>>> {
-        let RenderInputs { scene, grid, layers, fields, .. } = *given;
+        let RenderInputs { scene, grid, mates, layers, fields, .. } = *given;
         let mut prepared: Vec<PreparedField> = Vec::new();
         for name in scene.shown_fields() {
             let is_first = prepared.is_empty();
@@ -100,16 +136,19 @@ impl Renderer {
             let count = field.given.shape().layers;
             let wanted = prepared.first().map_or(count, |first| first.given.shape().layers);
             if count != wanted {
-                let moved = ranks.attempt(|| {
+                let key = ranks.collective_work(|| {
                     let [own, wanted] = [layers.for_field(count)?, layers.for_field(wanted)?];
                     let [own, wanted] = [&own, &wanted].map(|layers| layers.radius_m().to_vec());
+                    Ok(MovedKey { source: SourceKey::new(grid, &field.field()), own, wanted })
+                })?;
+                let moved = {
                     let center = field.field();
-                    let key = MovedKey { source: SourceKey::new(grid, &center), own, wanted };
-                    let make = |memory| CenterField::moved_in(&center, &key.own, &key.wanted, memory);
-                    let moved = self.run(|| self.frame_cache.moved.take(&key).unwrap_or_else(make));
-                    Ok((key, moved))
-                });
-                field.moved = Some(ranks.collective(moved)?);
+                    let layers = [&key.own[..], &key.wanted[..]];
+                    let cached = || self.frame_cache.moved.take(&key);
+                    let make = |columns, memory| moved(&center, layers, columns, memory);
+                    self.compute(ranks, mates, (&center, grid.cells(), wanted), cached, make)?
+                };
+                field.moved = Some((key, moved));
             }
             prepared.push(field);
         }
@@ -136,9 +175,9 @@ impl Renderer {
             Ok(heights)
         };
         // Only ranks with averages exchange their halos.
-        let facts = |heights: &PreparedField| match heights.average {
-            Some(_) => vec![("has", described("heights", &heights.given))],
-            None => vec![("has", "heights at centres".to_owned())],
+        let facts = |heights: &PreparedField| match heights.given.location() {
+            Location::Corner => vec![("has", described("heights", &heights.given))],
+            Location::Center => vec![("has", "heights at centres".to_owned())],
         };
         self.prepare(ranks, given, "heights", check, facts).map(Some)
     }
@@ -148,25 +187,58 @@ impl Renderer {
     fn prepare<'f>(
         &self,
         ranks: &mut Ranks,
-        RenderInputs { grid, part, .. }: &RenderInputs<'f>,
+        RenderInputs { grid, part, mates, .. }: &RenderInputs<'f>,
         name: &str,
         check: impl FnOnce() -> Result<&'f Field<'f>>,
         facts: impl FnOnce(&PreparedField) -> Vec<(&'static str, String)>,
     ) -> Result<PreparedField<'f>> {
-        let found = ranks.attempt(|| {
-            let given = *check()?;
-            let average = || {
-                let cached = self.frame_cache.averages.take(&SourceKey::new(grid, &given));
-                cached.or_else(|memory| CenterField::average_in(grid, &given, memory))
-            };
-            let average = (given.location() == Location::Corner).then(|| self.run(average)).transpose()?;
-            Ok(PreparedField { average, ..PreparedField::at_centers(name, given) })
-        });
+        let found = ranks.attempt(|| Ok(PreparedField::at_centers(name, *check()?)));
         let mut field = ranks.agree_all(found, facts)?;
-        if let (Some(part), Some(average)) = (part, &mut field.average) {
-            part.fill_averages(ranks, average)?;
+        if field.given.location() == Location::Corner {
+            let given = field.given;
+            let corners = CornerColumns::new(given);
+            let cached = || self.frame_cache.averages.take(&SourceKey::new(grid, &given));
+            let make = |cells: Range<usize>, memory| {
+                corners.averages(grid, (cells.start as u32..cells.end as u32).into_par_iter(), memory)
+            };
+            let size = (&given, grid.cells(), given.shape().layers);
+            let mut average = self.compute(ranks, *mates, size, cached, make)?;
+            if let Some(part) = part {
+                match &mut average {
+                    ComputedField::Own(average) => part.fill_averages(ranks, average)?,
+                    ComputedField::Node(average) => average.fill_halo(ranks, part)?,
+                }
+            }
+            field.average = Some(average);
         }
         Ok(field)
+    }
+
+    /// A field at the centres of a number of cells and layers, in the precision of `of`: `make` returns some columns, in
+    /// turn on each of the `mates`, if there are any and all nodes have memory to share. Otherwise each rank has all of
+    /// them, the `cached` ones or in their memory. Collective.
+    fn compute(
+        &self,
+        ranks: &mut Ranks,
+        mates: Option<&NodeRanks>,
+        (of, columns, layers): (&Field, usize, usize),
+        cached: impl FnOnce() -> std::result::Result<CenterField, Option<CenterField>> + Send,
+        make: impl Fn(Range<usize>, Option<OwnedReals>) -> OwnedReals + Sync,
+    ) -> Result<ComputedField> {
+        if let Some(mates) = mates {
+            let at = FieldLayout { location: Location::Center, columns, layers };
+            let is_f64 = matches!(of.samples(), Reals::F64(_));
+            let shared =
+                NodeValues::compute(ranks, mates, at, is_f64, |columns, memory| self.run(|| make(columns, memory)))?;
+            if let Some(shared) = shared {
+                return Ok(ComputedField::Node(shared));
+            }
+        }
+        let own = || {
+            let make = |memory: Option<CenterField>| make(0..columns, memory.map(CenterField::into_values));
+            cached().unwrap_or_else(|memory| CenterField::new(make(memory), layers))
+        };
+        ranks.collective_work(|| Ok(ComputedField::Own(self.run(own))))
     }
 }
 
