@@ -193,16 +193,18 @@ pub(crate) fn make(
     ranks.agree_all(has_room, |()| vec![("derives", described.collect::<Vec<_>>().join(", "))])?;
     let compute = |ranks: &mut Ranks, inputs: &[Field], operation: &Operation| {
         let (at, widest) = (FieldLayout::of(&inputs[0]), widest(inputs));
-        let make = |columns, room| threads.run(|| fill(OwnedReals::buffer(widest, room), inputs, operation, columns));
+        let make = |columns, room| fill(OwnedReals::buffer(widest, room), inputs, operation, columns);
         if let Some(mates) = given.mates {
-            if let Some(values) = NodeValues::compute(ranks, mates, at, matches!(widest, Reals::F64(_)), make)? {
+            if let Some(values) = NodeValues::compute(ranks, mates, threads, at, matches!(widest, Reals::F64(_)), make)?
+            {
                 return Ok(Values::Node(values));
             }
             // Each rank takes memory of its own for all columns.
             let has_room = require(ranks, 1);
             ranks.collective(has_room)?;
         }
-        ranks.collective_work(|| Ok(Values::Own { values: make(0..at.columns, kept.room_for(widest)), at }))
+        let own = || Values::Own { values: make(0..at.columns, kept.room_for(widest)), at };
+        ranks.collective_work(|| Ok(threads.run(own)))
     };
     let mut made = DerivedFields::default();
     for (Derivation { name, how }, origin) in &needed {

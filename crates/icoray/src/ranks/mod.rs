@@ -53,6 +53,7 @@ pub(crate) use gather::{FrameSummary, TileAssignment, TileShare};
 pub use local::{LocalMessages, local_nodes, local_nodes_over, local_team, on_local_nodes, on_threads};
 pub use messages::{Communicator, Messages};
 pub use node::NodeMemory;
+pub(crate) use node::PutBytes;
 pub(crate) use node_fields::NodeFields;
 pub(crate) use node_ranks::NodeRanks;
 pub(crate) use node_values::NodeValues;

@@ -38,6 +38,9 @@ enum Memory {
     Threads(ThreadMemory),
 }
 
+/// Puts bytes at an offset.
+pub(crate) type PutBytes<'p> = &'p mut (dyn FnMut(usize, &[u8]) + Send);
+
 /// Memory of a node. Its ranks write to it together, then read: writes are allowed between [`Self::begin`] and
 /// [`Self::settle`], reads at all other times, and all ranks of the team make both calls together.
 pub struct NodeMemory {
@@ -117,11 +120,7 @@ impl NodeMemory {
     }
 
     /// Each rank's `write` puts bytes at offsets, to which no other one writes; all can be read afterwards. Collective.
-    pub(crate) fn write(
-        &mut self,
-        ranks: &mut Ranks,
-        write: impl FnOnce(&mut dyn FnMut(usize, &[u8])) -> Result<()>,
-    ) -> Result<()> {
+    pub(crate) fn write(&mut self, ranks: &mut Ranks, write: impl FnOnce(PutBytes) -> Result<()>) -> Result<()> {
         self.begin(ranks.team.as_mut())?;
         let written = ranks.attempt(|| write(&mut |at, bytes| self.put(at, bytes)));
         self.settle(ranks.team.as_mut())?;

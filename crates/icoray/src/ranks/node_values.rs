@@ -2,6 +2,7 @@
 
 use super::{NodeMemory, NodeRanks, Part, Ranks};
 use crate::fields::FieldLayout;
+use icoray_grid::threads::Threads;
 use icoray_grid::{Field, OwnedReals, Reals, Result};
 use std::ops::Range;
 
@@ -16,14 +17,15 @@ pub(crate) struct NodeValues {
 }
 
 impl NodeValues {
-    /// Computes a field of this layout, in f64 if `is_f64`: `make` returns the values of some columns, and may reuse
-    /// those that it returned before. `None` if the ranks of some node have no memory to share. Collective.
+    /// Computes a field of this layout, in f64 if `is_f64`, on these threads: `make` returns the values of some columns,
+    /// and may reuse those that it returned before. `None` if the ranks of some node have no memory to share. Collective.
     pub fn compute(
         ranks: &mut Ranks,
         mates: &NodeRanks,
+        threads: &Threads,
         at: FieldLayout,
         is_f64: bool,
-        mut make: impl FnMut(Range<usize>, Option<OwnedReals>) -> OwnedReals,
+        make: impl Fn(Range<usize>, Option<OwnedReals>) -> OwnedReals + Sync,
     ) -> Result<Option<Self>> {
         let width = at.layers * if is_f64 { size_of::<f64>() } else { size_of::<f32>() };
         let bytes = ranks.reduce_values(at.columns * width, usize::max)?;
@@ -31,15 +33,17 @@ impl NodeValues {
         if memory.is_refused {
             return Ok(None);
         }
-        let mut made = None;
         memory.write(ranks, |put| {
-            for columns in mates.turns(at.columns) {
-                let first = columns.start;
-                let last = made.take();
-                let values = made.insert(make(columns, last));
-                put(first * width, values.as_bytes());
-            }
-            Ok(())
+            threads.run(|| {
+                let mut made = None;
+                for columns in mates.turns(at.columns) {
+                    let first = columns.start;
+                    let values = make(columns, made.take());
+                    put(first * width, values.as_bytes());
+                    made = Some(values);
+                }
+                Ok(())
+            })
         })?;
         Ok(Some(NodeValues { memory, at, is_f64, is_reporter: mates.is_leader() }))
     }

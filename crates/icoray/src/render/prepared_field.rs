@@ -228,8 +228,7 @@ impl Renderer {
         if let Some(mates) = mates {
             let at = FieldLayout { location: Location::Center, columns, layers };
             let is_f64 = matches!(of.samples(), Reals::F64(_));
-            let shared =
-                NodeValues::compute(ranks, mates, at, is_f64, |columns, memory| self.run(|| make(columns, memory)))?;
+            let shared = NodeValues::compute(ranks, mates, &self.threads, at, is_f64, &make)?;
             if let Some(shared) = shared {
                 return Ok(ComputedField::Node(shared));
             }

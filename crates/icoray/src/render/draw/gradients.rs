@@ -160,18 +160,20 @@ impl NodeGradients {
         let visible = joined.as_ref().unwrap_or(&built.scene.visible[0]);
         let width = |key: &GradientKey| built.scene.levels.count() * size_of_gradient(key.packed);
         memory.write(ranks, |put| {
-            for (number, key, place) in places(built) {
-                let (lit, mut rows) = (builder.lit_field(number, key, visible), Gradients::none());
-                for cells in node.turns(grid.cells()) {
-                    let first = cells.start;
-                    rows = renderer.run(|| match fields[number].field().samples() {
-                        Reals::F32(data) => builder.gradients_over(data, &lit, cells, rows),
-                        Reals::F64(data) => builder.gradients_over(data, &lit, cells, rows),
-                    })?;
-                    put(place.start + first * width(key), rows.bytes());
+            renderer.run(|| {
+                for (number, key, place) in places(built) {
+                    let (lit, mut rows) = (builder.lit_field(number, key, visible), Gradients::none());
+                    for cells in node.turns(grid.cells()) {
+                        let at = place.start + cells.start * width(key);
+                        rows = match fields[number].field().samples() {
+                            Reals::F32(data) => builder.gradients_over(data, &lit, cells, rows)?,
+                            Reals::F64(data) => builder.gradients_over(data, &lit, cells, rows)?,
+                        };
+                        put(at, rows.bytes());
+                    }
                 }
-            }
-            Ok(())
+                Ok(())
+            })
         })?;
         let Some(part) = part else { return Ok(()) };
         places(built).try_for_each(|(_, key, place)| part.fill_shared_halo(ranks, memory, (place.start, width(key))))

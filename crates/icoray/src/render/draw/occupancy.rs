@@ -4,7 +4,7 @@
 use super::node_work::NodeWork;
 use super::scene_builder::SceneBuilder;
 use crate::plan::{Blocks, MAX_CLEAR, OccupancyTest, SeenBlocks, clear_values};
-use crate::ranks::{NodeMemory, Ranks};
+use crate::ranks::{NodeMemory, PutBytes, Ranks};
 use crate::render::context::FrameContext;
 use crate::render::frame_cache::OccupancyKey;
 use icoray_grid::gradient::PreparedSample;
@@ -146,26 +146,30 @@ impl NodeOccupancy {
         let mut ranges = Vec::with_capacity(all.len());
         let place_of = |number: usize| number * MAX_CLEAR * word * cells;
         columns.write(ranks, |put| {
-            for (number, seen) in all.iter().enumerate() {
-                let put = &mut |at: usize, bytes: &[u8]| put(place_of(number) + at, bytes);
-                ranges.push(match fields[seen.source].field().samples() {
-                    Reals::F32(data) => put_columns(builder, &builder.occupancy_test(data, seen, blocks), node, put),
-                    Reals::F64(data) => put_columns(builder, &builder.occupancy_test(data, seen, blocks), node, put),
-                });
-            }
+            renderer.run(|| {
+                for (number, seen) in all.iter().enumerate() {
+                    let put = &mut |at: usize, bytes: &[u8]| put(place_of(number) + at, bytes);
+                    ranges.push(match fields[seen.source].field().samples() {
+                        Reals::F32(data) => put_columns(&builder.occupancy_test(data, seen, blocks), node, put),
+                        Reals::F64(data) => put_columns(&builder.occupancy_test(data, seen, blocks), node, put),
+                    });
+                }
+            });
             Ok(())
         })?;
-        let (mut seen, mut words) = (vec![SeenBlocks::default(); all.len()], Vec::new());
+        let mut seen = vec![SeenBlocks::default(); all.len()];
         memory.write(ranks, |put| {
-            for (number, ranges) in ranges.iter().enumerate().filter(|(_, ranges)| **ranges > 0) {
-                let columns = bytemuck::cast_slice(&columns.bytes()[place_of(number)..][..cells * ranges * word]);
-                for turn in node.turns(triangles) {
-                    words.resize(turn.len(), 0);
-                    let here = renderer.run(|| blocks.find(*ranges, columns, turn.start, &mut words));
-                    seen[number] = seen[number].and(here);
-                    put((number * triangles + turn.start) * word, bytemuck::cast_slice(&words));
+            renderer.run(|| {
+                let mut words = Vec::new();
+                for (number, ranges) in ranges.iter().enumerate().filter(|(_, ranges)| **ranges > 0) {
+                    let columns = bytemuck::cast_slice(&columns.bytes()[place_of(number)..][..cells * ranges * word]);
+                    for turn in node.turns(triangles) {
+                        words.resize(turn.len(), 0);
+                        seen[number] = seen[number].and(blocks.find(*ranges, columns, turn.start, &mut words));
+                        put((number * triangles + turn.start) * word, bytemuck::cast_slice(&words));
+                    }
                 }
-            }
+            });
             Ok(())
         })?;
         ranks.keep_node(columns);
@@ -195,17 +199,11 @@ impl NodeOccupancy {
 }
 
 /// Puts the words of the cells of this rank's turns, and returns their number for each cell.
-fn put_columns<S: PreparedSample>(
-    builder: &SceneBuilder,
-    test: &OccupancyTest<S>,
-    node: NodeWork,
-    put: &mut dyn FnMut(usize, &[u8]),
-) -> usize {
-    let renderer = builder.context.renderer;
-    let (clear, mut words) = (renderer.run(|| test.frequent()), Vec::new());
+fn put_columns<S: PreparedSample>(test: &OccupancyTest<S>, node: NodeWork, put: PutBytes) -> usize {
+    let (clear, mut words) = (test.frequent(), Vec::new());
     for turn in node.turns(test.blocks.grid.cells()).filter(|_| !clear.is_empty()) {
         words.resize(clear.len() * turn.len(), 0u32);
-        renderer.run(|| test.find_columns(&clear, turn.start, &mut words));
+        test.find_columns(&clear, turn.start, &mut words);
         put(clear.len() * turn.start * size_of::<u32>(), bytemuck::cast_slice(&words));
     }
     clear.len()
