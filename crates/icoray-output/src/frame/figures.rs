@@ -205,8 +205,8 @@ figures! {
         /// ranks: bytes of columns that this rank wrote to the memory of its node.
         Frame bytes_copied: u64 INTEGER = |f| f.host.bytes_copied,
         /// Bytes derived from the field: averages of corner fields, gradients; averages that this rank wrote to the
-        /// memory of its node count here. With parts, one rank of each node counts the tables of the node's mesh, which
-        /// its ranks share.
+        /// memory of its node count here. One rank of each node counts what else its ranks share: gradients, visible
+        /// blocks, fields made of others and, with parts, the tables of the node's mesh.
         Frame bytes_derived: u64 INTEGER = |f| f.report.bytes_derived as u64,
         /// Largest number of bytes that icoray has held at once in this process, over all contexts and meshes; without
         /// memory that the ranks of a node share.

@@ -42,8 +42,8 @@ pub struct FrameReport {
     /// Range of values of each colour map, and where the range comes from, in the scene's order. Transfer functions
     /// that are given as knots have none.
     pub colors: Vec<Colors>,
-    /// Bytes of data derived from the field (averages of corner fields, gradients) and, at the rank that made them, of
-    /// the tables of a node's mesh (`Columns::table_bytes`).
+    /// Bytes of data derived from the field: averages of corner fields, gradients. One rank of each node counts what its
+    /// ranks share, also the tables of its mesh (`Columns::table_bytes`).
     pub bytes_derived: usize,
     /// Bytes of the fields that this rank copied; 0 unless the frame was rendered in the background or from `Columns`,
     /// which are assembled once per node.

@@ -165,7 +165,7 @@ impl Columns {
         }
         match ranks.collective(written) {
             Ok([bytes_copied, bytes_averaged]) => Ok(NodeFields {
-                mates: (ranks.size() > 1 && !node.is_refused).then(|| self.node.clone()),
+                mates: (ranks.size() > 1 && node.is_shared && !node.is_refused).then(|| self.node.clone()),
                 node,
                 grid: self.node_grid.clone(),
                 stored: targets.into_iter().map(|target| target.whole).collect(),

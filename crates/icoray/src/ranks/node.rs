@@ -7,6 +7,7 @@ use icoray_grid::Result;
 use icoray_shared_memory::SharedMemory;
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::SystemTime;
 
 /// Environment variable: maximum number of ranks that share memory. 1 disables sharing; fewer than the ranks of a node
@@ -38,8 +39,8 @@ enum Memory {
     Threads(ThreadMemory),
 }
 
-/// Puts bytes at an offset.
-pub(crate) type PutBytes<'p> = &'p mut (dyn FnMut(usize, &[u8]) + Send);
+/// Puts bytes at an offset, from any thread.
+pub(crate) type PutBytes<'p> = &'p (dyn Fn(usize, &[u8]) + Sync);
 
 /// Memory of a node. Its ranks write to it together, then read: writes are allowed between [`Self::begin`] and
 /// [`Self::settle`], reads at all other times, and all ranks of the team make both calls together.
@@ -122,7 +123,9 @@ impl NodeMemory {
     /// Each rank's `write` puts bytes at offsets, to which no other one writes; all can be read afterwards. Collective.
     pub(crate) fn write(&mut self, ranks: &mut Ranks, write: impl FnOnce(PutBytes) -> Result<()>) -> Result<()> {
         self.begin(ranks.team.as_mut())?;
-        let written = ranks.attempt(|| write(&mut |at, bytes| self.put(at, bytes)));
+        let memory = Mutex::new(&mut *self);
+        let put = |at: usize, bytes: &[u8]| memory.lock().unwrap_or_else(PoisonError::into_inner).put(at, bytes);
+        let written = ranks.attempt(|| write(&put));
         self.settle(ranks.team.as_mut())?;
         ranks.collective(written)
     }

@@ -75,7 +75,7 @@ pub(super) fn display_name(name: &Option<String>) -> String {
 /// Whole fields, and heights if there are any, that the ranks of a node have gathered in its memory.
 pub(crate) struct NodeFields {
     pub node: NodeMemory,
-    /// The ranks that read these fields, unless some ranks have memory of their own although they should share it.
+    /// The ranks that read these fields, if any ranks share memory and none has its own although it should.
     pub mates: Option<NodeRanks>,
     /// The grid of the fields if ranks have parts.
     pub grid: Option<Arc<NodeGrid>>,

@@ -4,6 +4,7 @@ use super::{NodeMemory, NodeRanks, Part, Ranks};
 use crate::fields::FieldLayout;
 use icoray_grid::threads::Threads;
 use icoray_grid::{Field, OwnedReals, Reals, Result};
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// A field that the ranks of a node have computed, level-fastest; NaN where a value is missing.
@@ -35,15 +36,17 @@ impl NodeValues {
         }
         memory.write(ranks, |put| {
             threads.run(|| {
-                let mut made = None;
-                for columns in mates.turns(at.columns) {
-                    let first = columns.start;
-                    let values = make(columns, made.take());
-                    put(first * width, values.as_bytes());
-                    made = Some(values);
-                }
-                Ok(())
-            })
+                mates.turns(at.columns).par_bridge().for_each_init(
+                    || None,
+                    |memory, columns| {
+                        let first = columns.start;
+                        let values = make(columns, memory.take());
+                        put(first * width, values.as_bytes());
+                        *memory = Some(values);
+                    },
+                );
+            });
+            Ok(())
         })?;
         Ok(Some(NodeValues { memory, at, is_f64, is_reporter: mates.is_leader() }))
     }

@@ -89,8 +89,8 @@ fn some_gradients<S: PreparedSample>(context: &FrameContext, data: &[S]) {
     drop(gradient::gradients(grid, &plan.radius, samples, cells, wanted, Gradients::none()));
 }
 
-/// Checks that the memory of the frame, in each of a node's `processes`, is within the limit, where gradients are once in
-/// `mates` of them.
+/// Checks that the memory of the frame, in each of a node's `processes`, is within the limit, where gradients and visible
+/// blocks are once in `mates` of them.
 pub(super) fn check_memory(context: &FrameContext, processes: usize, mates: usize) -> Result<()> {
     let FrameContext { renderer, scene, plan, grid, part, .. } = *context;
     if !context.needs_scene() {
@@ -99,7 +99,8 @@ pub(super) fn check_memory(context: &FrameContext, processes: usize, mates: usiz
     let fits = |counts_cells: bool| {
         let all = plan.memory_with(scene, grid, part.is_some(), renderer.savings, counts_cells);
         let missing = renderer.frame_cache.missing(all);
-        let missing = FrameMemory { gradients: missing.gradients.div_ceil(mates as u64), ..missing };
+        let [gradients, occupancy] = [missing.gradients, missing.occupancy].map(|bytes| bytes.div_ceil(mates as u64));
+        let missing = FrameMemory { gradients, occupancy, ..missing };
         missing.require(renderer.memory_limit, processes)
     };
     // Counts cells only if gradients at all of them do not fit.

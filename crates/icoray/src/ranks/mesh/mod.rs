@@ -76,14 +76,17 @@ impl NodeGrid {
         let rank = ranks.rank();
         let writes_numbers = numbers.leader == rank;
         numbers.write(ranks, |put| {
-            joined.iter().filter(|_| writes_numbers).for_each(|mesh| block::write(&mesh.numbers(), &mut *put));
+            joined
+                .iter()
+                .filter(|_| writes_numbers)
+                .for_each(|mesh| block::write(&mesh.numbers(), &mut |at: usize, bytes: &[u8]| put(at, bytes)));
             Ok(())
         })?;
         let writes_tables = tables.leader == rank;
         tables.write(ranks, |put| {
             let Some(mesh) = joined.as_ref().filter(|_| writes_tables) else { return Ok(()) };
             bytes = mesh.lengths[1];
-            mesh.with_tables(|arrays| block::write(arrays, put));
+            mesh.with_tables(|arrays| block::write(arrays, &mut |at: usize, bytes: &[u8]| put(at, bytes)));
             Ok(())
         })?;
         drop(joined);

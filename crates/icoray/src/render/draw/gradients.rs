@@ -14,6 +14,7 @@ use icoray_grid::samples::Samples;
 use icoray_grid::visible_cells::VisibleCells;
 use icoray_grid::{Error, ErrorKind, Reals, Result};
 use icoray_kernel::general::Levels;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// A field whose gradients are computed.
@@ -162,15 +163,21 @@ impl NodeGradients {
         memory.write(ranks, |put| {
             renderer.run(|| {
                 for (number, key, place) in places(built) {
-                    let (lit, mut rows) = (builder.lit_field(number, key, visible), Gradients::none());
-                    for cells in node.turns(grid.cells()) {
-                        let at = place.start + cells.start * width(key);
-                        rows = match fields[number].field().samples() {
-                            Reals::F32(data) => builder.gradients_over(data, &lit, cells, rows)?,
-                            Reals::F64(data) => builder.gradients_over(data, &lit, cells, rows)?,
-                        };
-                        put(at, rows.bytes());
-                    }
+                    let lit = builder.lit_field(number, key, visible);
+                    node.turns(grid.cells()).par_bridge().try_for_each_init(
+                        || None,
+                        |memory, cells| {
+                            let at = place.start + cells.start * width(key);
+                            let rows = memory.take().unwrap_or_else(Gradients::none);
+                            let rows = match fields[number].field().samples() {
+                                Reals::F32(data) => builder.gradients_over(data, &lit, cells, rows)?,
+                                Reals::F64(data) => builder.gradients_over(data, &lit, cells, rows)?,
+                            };
+                            put(at, rows.bytes());
+                            *memory = Some(rows);
+                            Ok(())
+                        },
+                    )?;
                 }
                 Ok(())
             })

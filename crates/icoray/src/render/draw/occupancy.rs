@@ -13,6 +13,8 @@ use icoray_grid::samples::Samples;
 use icoray_grid::{Reals, Result};
 use icoray_kernel::general::{Isosurface, Medium};
 use icoray_kernel::transfer::{KernelKnot, Spans};
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// A field that is visible where a transfer function of these knots is not clear.
 pub(super) struct SeenField {
@@ -148,7 +150,7 @@ impl NodeOccupancy {
         columns.write(ranks, |put| {
             renderer.run(|| {
                 for (number, seen) in all.iter().enumerate() {
-                    let put = &mut |at: usize, bytes: &[u8]| put(place_of(number) + at, bytes);
+                    let put = &|at: usize, bytes: &[u8]| put(place_of(number) + at, bytes);
                     ranges.push(match fields[seen.source].field().samples() {
                         Reals::F32(data) => put_columns(&builder.occupancy_test(data, seen, blocks), node, put),
                         Reals::F64(data) => put_columns(&builder.occupancy_test(data, seen, blocks), node, put),
@@ -160,14 +162,16 @@ impl NodeOccupancy {
         let mut seen = vec![SeenBlocks::default(); all.len()];
         memory.write(ranks, |put| {
             renderer.run(|| {
-                let mut words = Vec::new();
                 for (number, ranges) in ranges.iter().enumerate().filter(|(_, ranges)| **ranges > 0) {
                     let columns = bytemuck::cast_slice(&columns.bytes()[place_of(number)..][..cells * ranges * word]);
-                    for turn in node.turns(triangles) {
+                    let of_turn = |words: &mut Vec<u32>, turn: Range<usize>| {
                         words.resize(turn.len(), 0);
-                        seen[number] = seen[number].and(blocks.find(*ranges, columns, turn.start, &mut words));
-                        put((number * triangles + turn.start) * word, bytemuck::cast_slice(&words));
-                    }
+                        let seen = blocks.find(*ranges, columns, turn.start, words);
+                        put((number * triangles + turn.start) * word, bytemuck::cast_slice(words));
+                        seen
+                    };
+                    let of_turns = node.turns(triangles).par_bridge().map_init(Vec::new, of_turn);
+                    seen[number] = of_turns.reduce(SeenBlocks::default, SeenBlocks::and);
                 }
             });
             Ok(())
@@ -200,11 +204,14 @@ impl NodeOccupancy {
 
 /// Puts the words of the cells of this rank's turns, and returns their number for each cell.
 fn put_columns<S: PreparedSample>(test: &OccupancyTest<S>, node: NodeWork, put: PutBytes) -> usize {
-    let (clear, mut words) = (test.frequent(), Vec::new());
-    for turn in node.turns(test.blocks.grid.cells()).filter(|_| !clear.is_empty()) {
-        words.resize(clear.len() * turn.len(), 0u32);
-        test.find_columns(&clear, turn.start, &mut words);
-        put(clear.len() * turn.start * size_of::<u32>(), bytemuck::cast_slice(&words));
+    let clear = test.frequent();
+    if !clear.is_empty() {
+        let turns = node.turns(test.blocks.grid.cells()).par_bridge();
+        turns.for_each_init(Vec::new, |words, turn| {
+            words.resize(clear.len() * turn.len(), 0u32);
+            test.find_columns(&clear, turn.start, words);
+            put(clear.len() * turn.start * size_of::<u32>(), bytemuck::cast_slice(words));
+        });
     }
     clear.len()
 }
