@@ -60,8 +60,11 @@ pub struct NodeMemory {
 impl NodeMemory {
     /// Memory of a rank alone, not shared.
     pub(super) fn alone(rank: usize, bytes: usize) -> Self {
-        let memory = Memory::Own(vec![0; bytes.div_ceil(8)]);
-        NodeMemory { memory, bytes, is_shared: false, leader: rank, is_refused_here: false, is_refused: false }
+        NodeMemory::new(Memory::Own(vec![0; bytes.div_ceil(8)]), bytes, rank)
+    }
+
+    fn new(memory: Memory, bytes: usize, leader: usize) -> Self {
+        NodeMemory { memory, bytes, is_shared: false, leader, is_refused_here: false, is_refused: false }
     }
 
     fn meet(&self, team: Option<&mut Team>) -> Result<()> {
@@ -157,21 +160,19 @@ impl Team {
     /// # Errors
     /// [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
     pub fn node(&mut self, bytes: usize) -> Result<NodeMemory> {
-        let (leader, own) = (self.node_leader(), NodeMemory::alone(self.rank(), bytes));
-        match &mut self.sharing {
-            Sharing::Threads(memories) => {
-                let memory = Memory::Threads(memories.allocate(bytes));
-                Ok(NodeMemory { memory, leader, is_shared: true, ..own })
-            }
-            Sharing::Files => {
-                let members = self.memory_mates()?;
-                let (mapped, is_shared) = self.mapped(&members, bytes)?;
-                Ok(match mapped.map(Memory::File) {
-                    Some(memory) => NodeMemory { memory, leader: members[0], is_shared, ..own },
-                    None => NodeMemory { is_shared, is_refused_here: members.len() > 1, ..own },
-                })
-            }
+        let leader = self.node_leader();
+        if let Sharing::Threads(memories) = &mut self.sharing {
+            let memory = Memory::Threads(memories.allocate(bytes));
+            return Ok(NodeMemory { is_shared: true, ..NodeMemory::new(memory, bytes, leader) });
         }
+        let members = self.memory_mates()?;
+        let (mapped, is_shared) = self.mapped(&members, bytes)?;
+        let is_refused_here = mapped.is_none() && members.len() > 1;
+        let memory = match mapped {
+            Some(memory) => NodeMemory::new(Memory::File(memory), bytes, members[0]),
+            None => NodeMemory::alone(self.rank(), bytes),
+        };
+        Ok(NodeMemory { is_shared, is_refused_here, ..memory })
     }
 
     /// Memory that these ranks have mapped, `None` on all of them if one of them cannot; and whether any ranks of the
