@@ -213,8 +213,8 @@ module icoray
     !> ranks: bytes of columns that this rank wrote to the memory of its node.
     integer(c_int64_t) :: bytes_copied = 0
     !> Bytes derived from the field: averages of corner fields, gradients; averages that this rank wrote to the
-    !> memory of its node count here. With parts, one rank of each node counts the tables of the node's mesh, which
-    !> its ranks share.
+    !> memory of its node count here. One rank of each node counts what else its ranks share: gradients, visible
+    !> blocks, fields made of others and, with parts, the tables of the node's mesh.
     integer(c_int64_t) :: bytes_derived = 0
     !> Largest number of bytes that icoray has held at once in this process, over all contexts and meshes; without
     !> memory that the ranks of a node share.

@@ -334,8 +334,8 @@ typedef struct icoray_frame_report {
   uint64_t bytes_copied;
   /**
    * Bytes derived from the field: averages of corner fields, gradients; averages that this rank wrote to the
-   * memory of its node count here. With parts, one rank of each node counts the tables of the node's mesh, which
-   * its ranks share.
+   * memory of its node count here. One rank of each node counts what else its ranks share: gradients, visible
+   * blocks, fields made of others and, with parts, the tables of the node's mesh.
    */
   uint64_t bytes_derived;
   /**
