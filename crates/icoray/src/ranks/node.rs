@@ -129,8 +129,10 @@ impl NodeMemory {
         let memory = Mutex::new(&mut *self);
         let put = |at: usize, bytes: &[u8]| memory.lock().unwrap_or_else(PoisonError::into_inner).put(at, bytes);
         let written = ranks.attempt(|| write(&put));
-        self.settle(ranks.team.as_mut())?;
-        ranks.collective(written)
+        // Ranks meet in that: all have written then.
+        let written = ranks.collective(written);
+        self.settle(None)?;
+        written
     }
 }
 
