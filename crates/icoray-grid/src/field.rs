@@ -2,7 +2,7 @@
 //!
 //! `shape.rs` lists the layouts and the models that use them. A reader computes the base of a column once and moves
 //! from layer to layer by one stride; only the base depends on blocks. Fields at corners, and fields on other layers,
-//! are copied: they become a [`CenterField`].
+//! are copied: they become a [`ComputedField`].
 
 use crate::array::MapInline;
 use crate::error::{Error, ErrorKind, Result};
@@ -335,10 +335,10 @@ fn range_of<S: Sample>(values: &[S], fill: Option<S>) -> Extremes {
     (low, high.iter().fold(f64::NEG_INFINITY, |high, v| high.max(v.wide())), missing)
 }
 
-mod center;
+mod computed;
 mod corner_columns;
 mod moved;
-pub use center::CenterField;
+pub use computed::ComputedField;
 pub use corner_columns::CornerColumns;
 pub use moved::moved;
 

@@ -34,7 +34,7 @@ pub mod visible_cells;
 
 pub use description::Description;
 pub use error::{Error, ErrorKind, Result};
-pub use field::{CenterField, CornerColumns, Field, Location, moved};
+pub use field::{ComputedField, CornerColumns, Field, Location, moved};
 pub use grid::{
     CellsOver, CoarseGrid, Connectivity, Grid, GridTables, IcosahedralMesh, Indices, LonLat, MAX_LEVEL, OwnedGrid,
     OwnedTables, circumcenter, cut_polygon,

@@ -2,7 +2,7 @@
 //! a frustum's six vertices.
 
 use crate::ray::Ray;
-use icoray::{CenterField, Field, Frame, Frustum, Grid, Layers, Location, Plan, Renderer, Result, Scene, Traversal};
+use icoray::{ComputedField, Field, Frame, Frustum, Grid, Layers, Location, Plan, Renderer, Result, Scene, Traversal};
 use rayon::prelude::*;
 
 /// A scene over a grid and field, ready for any method.
@@ -36,7 +36,7 @@ pub(crate) struct PreparedJob<'a> {
     pub radius: Vec<f64>,
     pub traversal: Traversal<'a>,
     input: Field<'a>,
-    averaged: Option<CenterField>,
+    averaged: Option<ComputedField>,
     falling: bool,
 }
 
@@ -46,7 +46,7 @@ impl<'a> PreparedJob<'a> {
         let layers = job.layers.for_field(job.field.shape().layers)?;
         let radius = layers.shell(job.scene.exaggeration)?;
         let from_corners = job.field.location() == Location::Corner;
-        let averaged = from_corners.then(|| CenterField::average(job.grid, job.field)).transpose()?;
+        let averaged = from_corners.then(|| ComputedField::average(job.grid, job.field)).transpose()?;
         Ok(PreparedJob {
             scene: job.scene,
             grid: job.grid,
@@ -65,7 +65,7 @@ impl<'a> PreparedJob<'a> {
 
     /// The field at cell centres.
     pub fn field(&self) -> Field<'_> {
-        self.averaged.as_ref().map_or(self.input, CenterField::field)
+        self.averaged.as_ref().map_or(self.input, ComputedField::field)
     }
 
     /// Value at a cell, `layer` counted from the innermost; NaN where it is missing.

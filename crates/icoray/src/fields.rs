@@ -26,7 +26,7 @@ impl<'f> Fields<'f> {
     /// `heights` has one column per cell or per corner, and as many layers as [`Layers`](icoray_grid::Layers), in their
     /// order: metres above the planet's surface, negative below it. Heights must not decrease upwards; layers may have
     /// no thickness, as below a sea floor. A column without any height takes the mean heights of `Layers`. Heights at
-    /// corners are averaged to cells as fields are ([`CenterField`](icoray_grid::CenterField)), over the columns that
+    /// corners are averaged to cells as fields are ([`ComputedField`](icoray_grid::ComputedField)), over the columns that
     /// have heights. Heights are checked when a frame is drawn.
     #[must_use]
     pub fn with_heights(self, heights: impl Into<Option<Field<'f>>>) -> Self {

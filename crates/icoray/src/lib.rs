@@ -99,7 +99,7 @@ mod spread;
 pub use background::{Accepted, Background, Drawn, FrameInputs, FrameSetup};
 pub use fields::Fields;
 pub use icoray_grid::{
-    CenterField, ColumnCount, Connectivity, Description, Dimension, Error, ErrorKind, Field, Grid, GridTables,
+    ColumnCount, ComputedField, Connectivity, Description, Dimension, Error, ErrorKind, Field, Grid, GridTables,
     IcosahedralMesh, Indices, Layers, Location, LonLat, MAX_LEVEL, OwnedGrid, OwnedReals, OwnedTables, Reals, Result,
     Shape, circumcenter, cut_polygon, memory, printable,
 };

@@ -7,7 +7,7 @@ use crate::mesh::{Mesh, MeshLayout};
 use crate::sea::Floor;
 use crate::source::SourceVariable;
 use crate::sources::{IN_ANOTHER_FILE, Sources};
-use icoray::{CenterField, Error, ErrorKind, Field, Grid, Layers, Location, Result, Shape};
+use icoray::{ComputedField, Error, ErrorKind, Field, Grid, Layers, Location, Result, Shape};
 use std::ops::Range;
 
 /// Heights of each column's layers, read: metres above the sphere, negative below it, at the cells.
@@ -22,7 +22,7 @@ pub struct NativeHeights(Stored);
 #[derive(Debug)]
 enum Stored {
     AsRead(Box<OwnedField>),
-    Averaged(CenterField),
+    Averaged(ComputedField),
     AddedUp(Columns),
 }
 
@@ -149,7 +149,7 @@ impl NativeHeights {
                     Location::Center => Stored::AsRead(Box::new(read)),
                     Location::Corner => {
                         read.spread(mesh.corner_rows());
-                        Stored::Averaged(CenterField::average(grid, &read.field()?)?)
+                        Stored::Averaged(ComputedField::average(grid, &read.field()?)?)
                     }
                 }
             }

@@ -3,7 +3,7 @@
 use crate::made::{Made, RECORDS, Values, value};
 use crate::made_icon::{Angles, LAYERS};
 use crate::memory::{direction_of, expect, names, open, open_error, opened, opened_with, spoilt, values};
-use icoray::{CenterField, ErrorKind, Location};
+use icoray::{ComputedField, ErrorKind, Location};
 use icoray_dataset::{Dataset, DatasetOptions, MeshLayout};
 
 /// The places of each triangle's points, sorted.
@@ -201,7 +201,7 @@ fn coasts_are_as_warm_as_their_water() {
     let file = open(&sea());
     let grid = file.mesh().grid().unwrap();
     let owned = file.read_field("to", 0).unwrap();
-    let average = CenterField::average(&grid, &owned.field().unwrap()).unwrap();
+    let average = ComputedField::average(&grid, &owned.field().unwrap()).unwrap();
     let (range, missing) = average.field().range();
     assert!(range == Some([20.0, 20.0]) && missing < 42 * LAYERS as u64, "{range:?} {missing}");
 }

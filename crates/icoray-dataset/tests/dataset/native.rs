@@ -3,7 +3,7 @@
 use crate::made::{LAYERS, Made, RECORDS, Values, levels};
 use crate::made_icon::{self, Angles};
 use crate::memory::{expect, open, opened};
-use icoray::{CenterField, ErrorKind, Field, Location, Reals, Shape};
+use icoray::{ComputedField, ErrorKind, Field, Location, Reals, Shape};
 use icoray_dataset::{Dataset, NativeHeights};
 
 fn read(file: &Dataset, field: &str, time: usize) -> NativeHeights {
@@ -165,7 +165,7 @@ fn heights_over_triangles_are_averaged() {
     assert_eq!(file.native_info("ta").unwrap().description, "z_ifc of each triangle, averaged to cells");
     let shape = Shape::cell_fastest(80, made_icon::LAYERS + 1);
     let corners = Field::new(z.as_slice().into(), shape, Location::Corner, None).unwrap();
-    let expected = CenterField::average(&grid, &corners).unwrap();
+    let expected = ComputedField::average(&grid, &corners).unwrap();
     let info = file.field_info("ta").unwrap();
     let own = heights.over(info, 1..3).unwrap();
     assert_eq!(own.shape().layers, 3);

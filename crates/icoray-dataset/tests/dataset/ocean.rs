@@ -2,7 +2,7 @@
 
 use crate::made::{DEPTH_M, LAYERS, Made, Values, levels};
 use crate::memory::{expect, open, values};
-use icoray::{CenterField, ErrorKind};
+use icoray::{ComputedField, ErrorKind};
 
 #[test]
 fn values_below_the_sea_floor_are_missing() {
@@ -19,7 +19,7 @@ fn values_below_the_sea_floor_are_missing() {
     }
     // Corners have numbers everywhere, and yet no cell has an average below its floor.
     let owned = file.read_field("vorticity", 0).unwrap();
-    let center = CenterField::average(&grid, &owned.field().unwrap()).unwrap();
+    let center = ComputedField::average(&grid, &owned.field().unwrap()).unwrap();
     for (cell, layer) in (0..42).flat_map(|c| (0..LAYERS).map(move |l| (c, l))) {
         let is_there = center.field().value(cell, layer).is_finite();
         assert!(!is_there || layer < levels(cell), "{cell} {layer}");

@@ -148,7 +148,7 @@ fn add(value: f64, fill: f64, sum: &mut f64, count: &mut f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::{CenterField, Location};
+    use crate::field::{ComputedField, Location};
     use crate::grid::icosahedral_grid;
     use crate::shape::Shape;
 
@@ -167,7 +167,7 @@ mod tests {
         let sample = |corner: usize, layer: usize| (corner as f32 + 3.1 * layer as f32).sin();
         let value = |corner, layer| if corner % 7 == layer % 7 { 5.0 } else { sample(corner, layer) };
         let whole: Vec<f32> = (0..corners).flat_map(|c| (0..COUNT).map(move |l| value(c, l))).collect();
-        let expected = CenterField::average(&grid, &field(&whole, Shape::level_fastest(corners, COUNT))).unwrap();
+        let expected = ComputedField::average(&grid, &field(&whole, Shape::level_fastest(corners, COUNT))).unwrap();
         let cells: Vec<u32> = (0..grid.cells() as u32).rev().step_by(2).collect();
         for every in [1, 2, 5, usize::MAX] {
             // Blocks of 32 columns, layer by layer.

@@ -58,11 +58,11 @@ fn filled<S: Sample>(field: &Field, between: &[Between], columns: Range<usize>, 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::{CenterField, Location};
+    use crate::field::{ComputedField, Location};
     use crate::shape::Shape;
 
-    fn moved_whole(field: &Field, own: &[f64], wanted: &[f64]) -> CenterField {
-        CenterField::new(moved(field, [own, wanted], 0..field.shape().columns, None), wanted.len())
+    fn moved_whole(field: &Field, own: &[f64], wanted: &[f64]) -> ComputedField {
+        ComputedField::new(moved(field, [own, wanted], 0..field.shape().columns, None), Location::Center, wanted.len())
     }
 
     #[test]

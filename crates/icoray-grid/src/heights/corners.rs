@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Checks `heights` at corners, in metres above the planet's surface: one column for each corner of `grid`, as many
 /// layers as `layers`. Checks the columns that enter the averages
-/// ([`CenterField::average`](crate::CenterField::average)) of cells for which `owns` is true. Averages of heights that
+/// ([`ComputedField::average`](crate::ComputedField::average)) of cells for which `owns` is true. Averages of heights that
 /// pass do not decrease upwards either: all or no heights of each column are averaged. Parallel.
 ///
 /// # Errors
@@ -51,7 +51,7 @@ pub fn check_corner_columns(
 mod tests {
     use super::*;
     use crate::error::ErrorKind;
-    use crate::field::CenterField;
+    use crate::field::ComputedField;
     use crate::grid::icosahedral_grid;
     use crate::heights::Heights;
     use crate::shape::Shape;
@@ -124,7 +124,7 @@ mod tests {
                 }
             }
             check_corners(&grid, &field(&values), &layers(false), |_| true).unwrap();
-            let average = CenterField::average(&grid, &field(&values)).unwrap();
+            let average = ComputedField::average(&grid, &field(&values)).unwrap();
             let heights = Heights::new(&average.field(), &layers(false), &grid, LAYERS, 50.0).unwrap();
             let mean = layers(false).shell(50.0).unwrap();
             assert_eq!([0, 1, 2].map(|layer| heights.radius(17, layer)), mean[..], "it has no heights around it");

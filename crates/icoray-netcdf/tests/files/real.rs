@@ -2,7 +2,7 @@
 
 use crate::made::{Made, Values};
 use crate::memory::{direction_of, expect};
-use icoray::{CenterField, ErrorKind, Location};
+use icoray::{ComputedField, ErrorKind, Location};
 use icoray_dataset::Kind;
 use icoray_test_support::data_file;
 use netcdf::Options;
@@ -58,7 +58,7 @@ fn jablonowski_williamson_wave() {
     };
     assert!(fastest(2) > 2.0 * fastest(0), "{} {}", fastest(2), fastest(0));
     let vorticity = file.read_field("vorticity", 1).unwrap();
-    let center = CenterField::average(&grid, &vorticity.field().unwrap()).unwrap();
+    let center = ComputedField::average(&grid, &vorticity.field().unwrap()).unwrap();
     assert_eq!(center.field().range().1, 0);
 }
 
@@ -150,7 +150,7 @@ fn triangles_of_icon_are_rebuilt_from_their_bounds() {
     let owned = file.read_field("t2m", 0).unwrap();
     let at_corners = owned.field().unwrap();
     assert_eq!((at_corners.location(), at_corners.shape().layers), (Location::Corner, 2));
-    let center = CenterField::average(&grid, &at_corners).unwrap();
+    let center = ComputedField::average(&grid, &at_corners).unwrap();
     let field = center.field();
     let coldest = (0..2562).min_by(|&a, &b| field.value(a, 0).total_cmp(&field.value(b, 0))).unwrap();
     let (lon, lat) = (tables.center.lon_rad.get(coldest).to_degrees(), tables.center.lat_rad.get(coldest).to_degrees());

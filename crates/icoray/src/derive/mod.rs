@@ -13,10 +13,10 @@ mod run;
 mod zonal;
 
 use crate::fields::{FieldLayout, Fields};
-use crate::ranks::{NodeValues, Ranks};
+use crate::ranks::{NodeField, Ranks};
 use crate::render::RenderInputs;
 use icoray_grid::threads::Threads;
-use icoray_grid::{Error, ErrorKind, Field, OwnedReals, Reals, Result, Shape, memory};
+use icoray_grid::{ComputedField, Error, ErrorKind, Field, OwnedReals, Reals, Result, Shape, memory};
 use icoray_scene::{Derivation, How, Scene};
 use resolve::needed_derivations;
 use run::{Operation, fill};
@@ -30,7 +30,7 @@ const MAX_FIRSTS: usize = 64;
 #[derive(Debug, Default)]
 pub(crate) struct DerivedFieldCache {
     firsts: Mutex<Vec<FirstFrame>>,
-    memory: Mutex<Vec<OwnedReals>>,
+    memory: Mutex<Vec<ComputedField>>,
 }
 
 /// A field as it was in the first frame that requested it. Identified by the definition of the field, down to the
@@ -38,7 +38,7 @@ pub(crate) struct DerivedFieldCache {
 #[derive(Debug)]
 struct FirstFrame {
     origin: String,
-    values: Arc<Values>,
+    values: Arc<NodeField>,
 }
 
 /// The derived fields of a frame.
@@ -52,33 +52,7 @@ pub(crate) struct DerivedFields {
 #[derive(Debug)]
 struct DerivedField {
     name: String,
-    values: Values,
-}
-
-/// Values of a field, level-fastest; NaN where one is missing.
-#[derive(Debug)]
-enum Values {
-    /// A rank's own.
-    Own { values: OwnedReals, at: FieldLayout },
-    /// Those that the ranks of its node have computed together.
-    Node(NodeValues),
-}
-
-impl Values {
-    fn field(&self) -> Field<'_> {
-        match self {
-            Values::Own { values, at } => at.field(values.as_reals(), None),
-            Values::Node(values) => values.field(),
-        }
-    }
-
-    /// Bytes that this rank reports.
-    fn bytes(&self) -> usize {
-        match self {
-            Values::Own { values, .. } => values.bytes(),
-            Values::Node(values) => values.reported_bytes(),
-        }
-    }
+    values: NodeField,
 }
 
 impl DerivedFields {
@@ -90,7 +64,7 @@ impl DerivedFields {
 
     /// Bytes of the derived fields and of those stored for them.
     pub fn bytes(&self) -> usize {
-        self.fields.iter().map(|made| made.values.bytes()).sum::<usize>() + self.remembered
+        self.fields.iter().map(|made| made.values.reported_bytes()).sum::<usize>() + self.remembered
     }
 }
 
@@ -101,12 +75,7 @@ impl DerivedFieldCache {
             return;
         }
         let mut own = Vec::new();
-        for DerivedField { values, .. } in made.fields {
-            match values {
-                Values::Own { values, .. } => own.push(values),
-                Values::Node(values) => values.leave(ranks),
-            }
-        }
+        made.fields.into_iter().for_each(|made| made.values.leave(ranks, |values| own.push(values)));
         *self.memory.lock().unwrap_or_else(PoisonError::into_inner) = own;
     }
 
@@ -121,7 +90,7 @@ impl DerivedFieldCache {
         [processes, mates]: [usize; 2],
     ) -> Result<()> {
         let held =
-            self.memory.lock().unwrap_or_else(PoisonError::into_inner).iter().map(OwnedReals::bytes).sum::<usize>();
+            self.memory.lock().unwrap_or_else(PoisonError::into_inner).iter().map(ComputedField::bytes).sum::<usize>();
         // A frame without fields is refused where fields are read.
         let needed = fields.first("").map_or(0, |field| bytes(scene, field).div_ceil(mates as u64));
         let missing = needed.saturating_sub((held + self.first_bytes()) as u64);
@@ -129,7 +98,7 @@ impl DerivedFieldCache {
     }
 
     /// The values of a field of this layout in the first frame, if they are stored.
-    fn first(&self, origin: &str, at: FieldLayout) -> Result<Option<Arc<Values>>> {
+    fn first(&self, origin: &str, at: FieldLayout) -> Result<Option<Arc<NodeField>>> {
         let all = self.firsts.lock().unwrap_or_else(PoisonError::into_inner);
         let is_it = |first: &&FirstFrame| FieldLayout::of(&first.values.field()) == at && first.origin == origin;
         match all.iter().find(is_it) {
@@ -142,21 +111,21 @@ impl DerivedFieldCache {
     }
 
     /// Stores the values of the first frame.
-    fn store_first(&self, origin: &str, values: Arc<Values>) {
+    fn store_first(&self, origin: &str, values: Arc<NodeField>) {
         let mut all = self.firsts.lock().unwrap_or_else(PoisonError::into_inner);
         all.push(FirstFrame { origin: origin.to_owned(), values });
     }
 
     fn first_bytes(&self) -> usize {
         let all = self.firsts.lock().unwrap_or_else(PoisonError::into_inner);
-        all.iter().map(|first| first.values.bytes()).sum()
+        all.iter().map(|first| first.values.reported_bytes()).sum()
     }
 
-    /// A stored buffer of the precision of `like`, if there is one.
-    fn room_for(&self, like: Reals) -> Option<OwnedReals> {
+    /// A stored field in f64, or in f32, if there is one: its memory is free.
+    fn room(&self, is_f64: bool) -> Option<ComputedField> {
         let mut memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_like = |values: &OwnedReals| matches!(values, OwnedReals::F64(_)) == matches!(like, Reals::F64(_));
-        let found = memory.iter().position(is_like);
+        let is_it = |made: &ComputedField| matches!(made.field().samples(), Reals::F64(_)) == is_f64;
+        let found = memory.iter().position(is_it);
         found.map(|at| memory.swap_remove(at))
     }
 }
@@ -184,9 +153,9 @@ pub(crate) fn make(
     if given.scene.scenery.derived.is_empty() {
         return Ok(DerivedFields::default());
     }
-    let require = |ranks: &Ranks, mates| kept.require(given.scene, given.fields, limit, [ranks.node_size(), mates]);
+    let require = |processes, mates| kept.require(given.scene, given.fields, limit, [processes, mates]);
     let mates = given.mates.map_or(1, |mates| mates.mates().len());
-    let has_room = ranks.attempt(|| require(ranks, mates));
+    let has_room = ranks.attempt(|| require(ranks.node_size(), mates));
     let needed = needed_derivations(given.scene);
     let described = needed.iter().map(|(derivation, _)| format!("{:?} = {:?}", derivation.name, derivation.how));
     // Otherwise the collective calls of zonal means would not match.
@@ -194,17 +163,15 @@ pub(crate) fn make(
     let compute = |ranks: &mut Ranks, inputs: &[Field], operation: &Operation| {
         let (at, widest) = (FieldLayout::of(&inputs[0]), widest(inputs));
         let make = |columns, room| fill(OwnedReals::buffer(widest, room), inputs, operation, columns);
-        if let Some(mates) = given.mates {
-            if let Some(values) = NodeValues::compute(ranks, mates, threads, at, matches!(widest, Reals::F64(_)), make)?
-            {
-                return Ok(Values::Node(values));
+        let (is_f64, processes) = (matches!(widest, Reals::F64(_)), ranks.node_size());
+        let cached = || {
+            if given.mates.is_some() {
+                // The node has no memory to share.
+                require(processes, 1)?;
             }
-            // Each rank takes memory of its own for all columns.
-            let has_room = require(ranks, 1);
-            ranks.collective(has_room)?;
-        }
-        let own = || Values::Own { values: make(0..at.columns, kept.room_for(widest)), at };
-        ranks.collective_work(|| Ok(threads.run(own)))
+            Ok(Err(kept.room(is_f64)))
+        };
+        NodeField::compute(ranks, given.mates, threads, (at, is_f64), cached, make)
     };
     let mut made = DerivedFields::default();
     for (Derivation { name, how }, origin) in &needed {

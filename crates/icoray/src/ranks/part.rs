@@ -13,7 +13,7 @@ use super::{NodeMemory, RankLists, RankMessages, Ranks};
 use crate::device::OwnedColumns;
 use bytemuck::Pod;
 use icoray_grid::marks::Marks;
-use icoray_grid::{CenterField, Error, ErrorKind, Grid, Location, OwnedReals, Result};
+use icoray_grid::{ComputedField, Error, ErrorKind, Grid, Location, OwnedReals, Result};
 use icoray_kernel::owned_region::OwnedRegion;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -152,7 +152,7 @@ impl<'m> Part<'m> {
     }
 
     /// Replaces averages of halo cells, some of whose corners are missing here, by those of their owners. Collective.
-    pub fn fill_averages(&self, ranks: &mut Ranks, field: &mut CenterField) -> Result<()> {
+    pub fn fill_averages(&self, ranks: &mut Ranks, field: &mut ComputedField) -> Result<()> {
         let layers = field.field().shape().layers;
         match field.values_mut() {
             OwnedReals::F32(values) => self.fill_halo(ranks, values, layers),

@@ -6,7 +6,7 @@ use crate::plan::FrameMemory;
 use crate::ranges::RangeAndMissing;
 use icoray_grid::gradient::PartialGradients;
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_grid::{CenterField, Field, Grid};
+use icoray_grid::{ComputedField, Field, Grid};
 use std::sync::{Mutex, PoisonError, Weak};
 
 /// Identifies a field over a grid. Both are borrowed and cannot have changed, so values computed for an equal key are
@@ -119,9 +119,9 @@ impl<K: PartialEq, V> CacheSlots<K, V> {
 pub(super) struct FrameCache {
     ranges: CacheSlots<SourceKey, RangeAndMissing>,
     /// Fields at corners, averaged to the centres.
-    pub averages: CacheSlots<SourceKey, CenterField>,
+    pub averages: CacheSlots<SourceKey, ComputedField>,
     /// Fields on other layers than their own.
-    pub moved: CacheSlots<MovedKey, CenterField>,
+    pub moved: CacheSlots<MovedKey, ComputedField>,
     pub visible: CacheSlots<OccupancyKey, OccupancyMask<'static>>,
     /// Gradients of the cells that rays of the pictures so far could pass.
     pub gradients: CacheSlots<GradientKey, PartialGradients<'static>>,

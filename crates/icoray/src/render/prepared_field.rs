@@ -6,9 +6,9 @@ use super::frame_cache::{FrameCache, MovedKey, SourceKey};
 use super::renderer::Renderer;
 use crate::fields::FieldLayout;
 use crate::plan::Plan;
-use crate::ranks::{HAS_WHOLE, NodeRanks, NodeValues, Ranks};
+use crate::ranks::{HAS_WHOLE, NodeField, Ranks};
 use icoray_grid::heights::check_corners;
-use icoray_grid::{CenterField, CornerColumns, Field, Grid, Location, OwnedReals, Reals, Result, moved};
+use icoray_grid::{CornerColumns, Field, Grid, Location, Reals, Result, moved};
 use icoray_scene::Heights;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -21,42 +21,9 @@ pub(super) struct PreparedField<'f> {
     name: String,
     given: Field<'f>,
     /// The average at the centres, if the field was given at corners.
-    average: Option<ComputedField>,
+    average: Option<NodeField>,
     /// The values on the layers of the first field, if this one has others.
-    moved: Option<(MovedKey, ComputedField)>,
-}
-
-/// A field that was computed from another one.
-enum ComputedField {
-    /// By this rank.
-    Own(CenterField),
-    /// By the ranks of the node together.
-    Node(NodeValues),
-}
-
-impl ComputedField {
-    fn field(&self) -> Field<'_> {
-        match self {
-            ComputedField::Own(values) => values.field(),
-            ComputedField::Node(values) => values.field(),
-        }
-    }
-
-    /// Bytes that this rank reports.
-    fn bytes(&self) -> usize {
-        match self {
-            ComputedField::Own(values) => values.bytes(),
-            ComputedField::Node(values) => values.reported_bytes(),
-        }
-    }
-
-    /// Keeps the memory for the next frame.
-    fn keep(self, ranks: &mut Ranks, keep_own: impl FnOnce(CenterField)) {
-        match self {
-            ComputedField::Own(values) => keep_own(values),
-            ComputedField::Node(values) => values.leave(ranks),
-        }
-    }
+    moved: Option<(MovedKey, NodeField)>,
 }
 
 impl<'f> PreparedField<'f> {
@@ -79,7 +46,7 @@ impl PreparedField<'_> {
     /// The field at the centres, on the layers of the first.
     pub fn field(&self) -> Field<'_> {
         let moved = self.moved.as_ref().map(|(_, moved)| moved);
-        moved.or(self.average.as_ref()).map_or(self.given, ComputedField::field)
+        moved.or(self.average.as_ref()).map_or(self.given, NodeField::field)
     }
 
     /// Identifies the values of [`Self::field`] between frames.
@@ -95,16 +62,16 @@ impl PreparedField<'_> {
     /// Bytes of the average and the moved values.
     pub fn bytes(&self) -> usize {
         let moved = self.moved.as_ref().map(|(_, moved)| moved);
-        self.average.iter().chain(moved).map(ComputedField::bytes).sum()
+        self.average.iter().chain(moved).map(NodeField::reported_bytes).sum()
     }
 
     /// Stores average and moved values in the cache, and their memory, for the next frame.
     pub fn keep(self, ranks: &mut Ranks, cache: &FrameCache, grid: &Grid) {
         if let Some(average) = self.average {
-            average.keep(ranks, |own| cache.averages.store(SourceKey::new(grid, &self.given), own));
+            average.leave(ranks, |own| cache.averages.store(SourceKey::new(grid, &self.given), own));
         }
         if let Some((key, moved)) = self.moved {
-            moved.keep(ranks, |own| cache.moved.store(key, own));
+            moved.leave(ranks, |own| cache.moved.store(key, own));
         }
     }
 }
@@ -142,11 +109,11 @@ impl Renderer {
                     Ok(MovedKey { source: SourceKey::new(grid, &field.field()), own, wanted })
                 })?;
                 let moved = {
-                    let center = field.field();
-                    let layers = [&key.own[..], &key.wanted[..]];
-                    let cached = || self.frame_cache.moved.take(&key);
+                    let (center, layers) = (field.field(), [&key.own[..], &key.wanted[..]]);
+                    let cached = || Ok(self.frame_cache.moved.take(&key));
                     let make = |columns, memory| moved(&center, layers, columns, memory);
-                    self.compute(ranks, mates, (&center, grid.cells(), wanted), cached, make)?
+                    let at = at_centers(grid, &center, wanted);
+                    NodeField::compute(ranks, mates, &self.threads, at, cached, make)?
                 };
                 field.moved = Some((key, moved));
             }
@@ -197,48 +164,25 @@ impl Renderer {
         if field.given.location() == Location::Corner {
             let given = field.given;
             let corners = CornerColumns::new(given);
-            let cached = || self.frame_cache.averages.take(&SourceKey::new(grid, &given));
+            let cached = || Ok(self.frame_cache.averages.take(&SourceKey::new(grid, &given)));
             let make = |cells: Range<usize>, memory| {
                 corners.averages(grid, (cells.start as u32..cells.end as u32).into_par_iter(), memory)
             };
-            let size = (&given, grid.cells(), given.shape().layers);
-            let mut average = self.compute(ranks, *mates, size, cached, make)?;
+            let at = at_centers(grid, &given, given.shape().layers);
+            let mut average = NodeField::compute(ranks, *mates, &self.threads, at, cached, make)?;
             if let Some(part) = part {
-                match &mut average {
-                    ComputedField::Own(average) => part.fill_averages(ranks, average)?,
-                    ComputedField::Node(average) => average.fill_halo(ranks, part)?,
-                }
+                average.fill_halo(ranks, part)?;
             }
             field.average = Some(average);
         }
         Ok(field)
     }
+}
 
-    /// A field at the centres of a number of cells and layers, in the precision of `of`: `make` returns some columns, in
-    /// turn on each of the `mates`, if there are any and all nodes have memory to share. Otherwise each rank has all of
-    /// them, the `cached` ones or in their memory. Collective.
-    fn compute(
-        &self,
-        ranks: &mut Ranks,
-        mates: Option<&NodeRanks>,
-        (of, columns, layers): (&Field, usize, usize),
-        cached: impl FnOnce() -> std::result::Result<CenterField, Option<CenterField>> + Send,
-        make: impl Fn(Range<usize>, Option<OwnedReals>) -> OwnedReals + Sync,
-    ) -> Result<ComputedField> {
-        if let Some(mates) = mates {
-            let at = FieldLayout { location: Location::Center, columns, layers };
-            let is_f64 = matches!(of.samples(), Reals::F64(_));
-            let shared = NodeValues::compute(ranks, mates, &self.threads, at, is_f64, &make)?;
-            if let Some(shared) = shared {
-                return Ok(ComputedField::Node(shared));
-            }
-        }
-        let own = || {
-            let make = |memory: Option<CenterField>| make(0..columns, memory.map(CenterField::into_values));
-            cached().unwrap_or_else(|memory| CenterField::new(make(memory), layers))
-        };
-        ranks.collective_work(|| Ok(ComputedField::Own(self.run(own))))
-    }
+/// The layout at the centres of a field made of `field`, and whether it is in f64.
+fn at_centers(grid: &Grid, field: &Field, layers: usize) -> (FieldLayout, bool) {
+    let at = FieldLayout { location: Location::Center, columns: grid.cells(), layers };
+    (at, matches!(field.samples(), Reals::F64(_)))
 }
 
 fn described(name: &str, field: &Field) -> String {

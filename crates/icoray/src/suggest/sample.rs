@@ -2,7 +2,7 @@
 
 use crate::ranks::{CountedColumns, Part, RankLists, Ranks};
 use glam::DVec3;
-use icoray_grid::{CenterField, Error, ErrorKind, Field, Grid, Location, Result};
+use icoray_grid::{ComputedField, Error, ErrorKind, Field, Grid, Location, Result};
 
 /// Maximum number of sampled values; of larger fields each k-th column is sampled.
 const MAX_VALUES: usize = 1 << 20;
@@ -27,10 +27,10 @@ impl Sample {
     /// The sample of a field over a whole grid.
     pub fn of_whole(name: &str, grid: &Grid, field: &Field) -> Result<Self> {
         let average = match field.location() {
-            Location::Corner => Some(CenterField::average(grid, field)?),
+            Location::Corner => Some(ComputedField::average(grid, field)?),
             Location::Center => None,
         };
-        let field = average.as_ref().map_or(*field, CenterField::field);
+        let field = average.as_ref().map_or(*field, ComputedField::field);
         let (columns, layers) = (field.shape().columns, field.shape().layers);
         if columns != grid.cells() {
             let context = format!("{name}: {columns} columns, expected {}", grid.cells());

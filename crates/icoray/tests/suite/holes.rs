@@ -3,7 +3,7 @@
 //! That whole mesh is an oracle with no void triangle in it: a frustum with a missing value adds nothing.
 
 use glam::DVec3;
-use icoray::{CenterField, ErrorKind, Grid, IcosahedralMesh, Location, Renderer, Scene, Stretch, Traversal};
+use icoray::{ComputedField, ErrorKind, Grid, IcosahedralMesh, Location, Renderer, Scene, Stretch, Traversal};
 use std::collections::HashSet;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -176,7 +176,7 @@ fn corners_that_are_there_are_averaged() {
         if there.is_empty() {
             return;
         }
-        let centers = CenterField::average(&grid, &level_fastest(&there, 1, Location::Corner)).unwrap();
+        let centers = ComputedField::average(&grid, &level_fastest(&there, 1, Location::Corner)).unwrap();
         for (i, &cell) in culled.cells.iter().enumerate() {
             let names = |corner: &&usize| mesh.corner_cell[3 * **corner..][..3].contains(&(cell as i32));
             let around: Vec<f64> = culled.corners.iter().filter(names).map(|&corner| at(corner)).collect();

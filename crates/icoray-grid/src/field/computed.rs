@@ -1,4 +1,4 @@
-//! Fields that are averaged from corners to cell centres.
+//! Fields that are computed from others: averaged from corners to cell centres, moved to other layers, derived.
 
 use super::{CornerColumns, Field, Location, next_number};
 use crate::error::{Error, ErrorKind, Result};
@@ -7,17 +7,17 @@ use crate::reals::OwnedReals;
 use crate::shape::Shape;
 use rayon::prelude::*;
 
-/// A field at cell centres that icoray computed from a field at corners or on other layers; level-fastest, in the
-/// precision of that field.
+/// A field that icoray computed from others; level-fastest, NaN where a value is missing.
 #[derive(Debug, Clone)]
-pub struct CenterField {
+pub struct ComputedField {
     values: OwnedReals,
     shape: Shape,
+    location: Location,
     /// [`Field::number`] of the field: unchanged while no value changes.
     number: u64,
 }
 
-impl CenterField {
+impl ComputedField {
     /// Averages a field at corners to the cell centres, in parallel: the plain mean over those corners of a cell that
     /// have a value; NaN if none has one.
     ///
@@ -30,18 +30,18 @@ impl CenterField {
             return Err(Error::new(ErrorKind::Field, format!("{found}, expected {} at Corner", grid.triangles())));
         }
         let cells = (0..grid.cells() as u32).into_par_iter();
-        Ok(Self::new(CornerColumns::new(*field).averages(grid, cells, None), shape.layers))
+        Ok(Self::new(CornerColumns::new(*field).averages(grid, cells, None), Location::Center, shape.layers))
     }
 
     /// The field of these values, level-fastest.
-    pub fn new(values: OwnedReals, layers: usize) -> Self {
+    pub fn new(values: OwnedReals, location: Location, layers: usize) -> Self {
         let shape = Shape::level_fastest(values.as_reals().len() / layers, layers);
-        CenterField { values, shape, number: next_number() }
+        ComputedField { values, shape, location, number: next_number() }
     }
 
     /// The field, borrowed.
     pub fn field(&self) -> Field<'_> {
-        let field = Field::new(self.values.as_reals(), self.shape, Location::Center, None);
+        let field = Field::new(self.values.as_reals(), self.shape, self.location, None);
         Field { number: self.number, ..field.expect("the values were made for this shape") }
     }
 
@@ -73,7 +73,7 @@ mod tests {
         // Pentagons repeat a corner in the table; a plain sum over six entries would be wrong there.
         let v: Vec<f64> = (0..grid.triangles()).map(|c| c as f64).collect();
         let field = Field::level_fastest(&v, 1, Location::Corner).unwrap();
-        let center = CenterField::average(&grid, &field).unwrap();
+        let center = ComputedField::average(&grid, &field).unwrap();
         for cell in 0..grid.cells() as u32 {
             let around: Vec<u32> = (0..grid.triangles() as u32).filter(|&t| grid.triangle(t).contains(&cell)).collect();
             let mean = around.iter().map(|&t| f64::from(t)).sum::<f64>() / around.len() as f64;
