@@ -13,7 +13,7 @@ mod run;
 mod zonal;
 
 use crate::fields::{FieldLayout, Fields};
-use crate::ranks::{NodeField, Ranks};
+use crate::ranks::{ComputedValues, Ranks};
 use crate::render::RenderInputs;
 use icoray_grid::threads::Threads;
 use icoray_grid::{ComputedField, Error, ErrorKind, Field, OwnedReals, Reals, Result, Shape, memory};
@@ -38,7 +38,7 @@ pub(crate) struct DerivedFieldCache {
 #[derive(Debug)]
 struct FirstFrame {
     origin: String,
-    values: Arc<NodeField>,
+    values: Arc<ComputedValues>,
 }
 
 /// The derived fields of a frame.
@@ -52,7 +52,7 @@ pub(crate) struct DerivedFields {
 #[derive(Debug)]
 struct DerivedField {
     name: String,
-    values: NodeField,
+    values: ComputedValues,
 }
 
 impl DerivedFields {
@@ -98,7 +98,7 @@ impl DerivedFieldCache {
     }
 
     /// The values of a field of this layout in the first frame, if they are stored.
-    fn first(&self, origin: &str, at: FieldLayout) -> Result<Option<Arc<NodeField>>> {
+    fn first(&self, origin: &str, at: FieldLayout) -> Result<Option<Arc<ComputedValues>>> {
         let all = self.firsts.lock().unwrap_or_else(PoisonError::into_inner);
         let is_it = |first: &&FirstFrame| FieldLayout::of(&first.values.field()) == at && first.origin == origin;
         match all.iter().find(is_it) {
@@ -111,7 +111,7 @@ impl DerivedFieldCache {
     }
 
     /// Stores the values of the first frame.
-    fn store_first(&self, origin: &str, values: Arc<NodeField>) {
+    fn store_first(&self, origin: &str, values: Arc<ComputedValues>) {
         let mut all = self.firsts.lock().unwrap_or_else(PoisonError::into_inner);
         all.push(FirstFrame { origin: origin.to_owned(), values });
     }
@@ -171,7 +171,7 @@ pub(crate) fn make(
             }
             Ok(Err(kept.room(is_f64)))
         };
-        NodeField::compute(ranks, given.mates, threads, (at, is_f64), cached, make)
+        ComputedValues::compute(ranks, given.mates, threads, (at, is_f64), cached, make)
     };
     let mut made = DerivedFields::default();
     for (Derivation { name, how }, origin) in &needed {

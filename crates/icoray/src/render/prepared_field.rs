@@ -6,7 +6,7 @@ use super::frame_cache::{FrameCache, MovedKey, SourceKey};
 use super::renderer::Renderer;
 use crate::fields::FieldLayout;
 use crate::plan::Plan;
-use crate::ranks::{HAS_WHOLE, NodeField, Ranks};
+use crate::ranks::{ComputedValues, HAS_WHOLE, Ranks};
 use icoray_grid::heights::check_corners;
 use icoray_grid::{CornerColumns, Field, Grid, Location, Reals, Result, moved};
 use icoray_scene::Heights;
@@ -21,9 +21,9 @@ pub(super) struct PreparedField<'f> {
     name: String,
     given: Field<'f>,
     /// The average at the centres, if the field was given at corners.
-    average: Option<NodeField>,
+    average: Option<ComputedValues>,
     /// The values on the layers of the first field, if this one has others.
-    moved: Option<(MovedKey, NodeField)>,
+    moved: Option<(MovedKey, ComputedValues)>,
 }
 
 impl<'f> PreparedField<'f> {
@@ -46,7 +46,7 @@ impl PreparedField<'_> {
     /// The field at the centres, on the layers of the first.
     pub fn field(&self) -> Field<'_> {
         let moved = self.moved.as_ref().map(|(_, moved)| moved);
-        moved.or(self.average.as_ref()).map_or(self.given, NodeField::field)
+        moved.or(self.average.as_ref()).map_or(self.given, ComputedValues::field)
     }
 
     /// Identifies the values of [`Self::field`] between frames.
@@ -62,7 +62,7 @@ impl PreparedField<'_> {
     /// Bytes of the average and the moved values.
     pub fn bytes(&self) -> usize {
         let moved = self.moved.as_ref().map(|(_, moved)| moved);
-        self.average.iter().chain(moved).map(NodeField::reported_bytes).sum()
+        self.average.iter().chain(moved).map(ComputedValues::reported_bytes).sum()
     }
 
     /// Stores average and moved values in the cache, and their memory, for the next frame.
@@ -113,7 +113,7 @@ impl Renderer {
                     let cached = || Ok(self.frame_cache.moved.take(&key));
                     let make = |columns, memory| moved(&center, layers, columns, memory);
                     let at = at_centers(grid, &center, wanted);
-                    NodeField::compute(ranks, mates, &self.threads, at, cached, make)?
+                    ComputedValues::compute(ranks, mates, &self.threads, at, cached, make)?
                 };
                 field.moved = Some((key, moved));
             }
@@ -169,7 +169,7 @@ impl Renderer {
                 corners.averages(grid, (cells.start as u32..cells.end as u32).into_par_iter(), memory)
             };
             let at = at_centers(grid, &given, given.shape().layers);
-            let mut average = NodeField::compute(ranks, *mates, &self.threads, at, cached, make)?;
+            let mut average = ComputedValues::compute(ranks, *mates, &self.threads, at, cached, make)?;
             if let Some(part) = part {
                 average.fill_halo(ranks, part)?;
             }

@@ -10,7 +10,7 @@ use std::ops::Range;
 
 /// A field that was computed from others.
 #[derive(Debug)]
-pub(crate) enum NodeField {
+pub(crate) enum ComputedValues {
     /// By this rank.
     Own(ComputedField),
     /// By the ranks of the node together.
@@ -20,7 +20,7 @@ pub(crate) enum NodeField {
 /// A field computed before, or one whose memory is free.
 pub(crate) type Cached = std::result::Result<ComputedField, Option<ComputedField>>;
 
-impl NodeField {
+impl ComputedValues {
     /// Computes a field of this layout, in f64 if `is_f64`, on these threads: `make` returns the values of some columns,
     /// in memory of values before if there is any. Each of the `mates` computes those of its turns, if there are any and
     /// all nodes have memory to share; otherwise each rank has all, the `cached` ones or in their memory. Collective.
@@ -34,7 +34,7 @@ impl NodeField {
     ) -> Result<Self> {
         if let Some(mates) = mates {
             if let Some(shared) = NodeValues::compute(ranks, mates, threads, (at, is_f64), &make)? {
-                return Ok(NodeField::Shared(shared));
+                return Ok(ComputedValues::Shared(shared));
             }
         }
         let own = || {
@@ -43,22 +43,22 @@ impl NodeField {
                 Ok(ComputedField::new(values, at.location, at.layers))
             })
         };
-        ranks.collective_work(|| threads.run(own).map(NodeField::Own))
+        ranks.collective_work(|| threads.run(own).map(ComputedValues::Own))
     }
 
     /// The field.
     pub fn field(&self) -> Field<'_> {
         match self {
-            NodeField::Own(values) => values.field(),
-            NodeField::Shared(values) => values.field(),
+            ComputedValues::Own(values) => values.field(),
+            ComputedValues::Shared(values) => values.field(),
         }
     }
 
     /// Replaces the columns of halo cells by those of their owners. Collective.
     pub fn fill_halo(&mut self, ranks: &mut Ranks, part: &Part) -> Result<()> {
         match self {
-            NodeField::Own(values) => part.fill_averages(ranks, values),
-            NodeField::Shared(NodeValues { memory, at, is_f64, .. }) => {
+            ComputedValues::Own(values) => part.fill_averages(ranks, values),
+            ComputedValues::Shared(NodeValues { memory, at, is_f64, .. }) => {
                 part.fill_shared_halo(ranks, memory, (0, width(*at, *is_f64)))
             }
         }
@@ -67,17 +67,19 @@ impl NodeField {
     /// Bytes that this rank reports: of what its node shares one rank does.
     pub fn reported_bytes(&self) -> usize {
         match self {
-            NodeField::Own(values) => values.bytes(),
-            NodeField::Shared(NodeValues { at, is_f64, is_reporter: true, .. }) => at.columns * width(*at, *is_f64),
-            NodeField::Shared(_) => 0,
+            ComputedValues::Own(values) => values.bytes(),
+            ComputedValues::Shared(NodeValues { at, is_f64, is_reporter: true, .. }) => {
+                at.columns * width(*at, *is_f64)
+            }
+            ComputedValues::Shared(_) => 0,
         }
     }
 
     /// Keeps the memory for the next frame.
     pub fn leave(self, ranks: &mut Ranks, keep_own: impl FnOnce(ComputedField)) {
         match self {
-            NodeField::Own(values) => keep_own(values),
-            NodeField::Shared(values) => ranks.keep_node(values.memory),
+            ComputedValues::Own(values) => keep_own(values),
+            ComputedValues::Shared(values) => ranks.keep_node(values.memory),
         }
     }
 }
@@ -98,7 +100,7 @@ pub(crate) struct NodeValues {
 }
 
 impl NodeValues {
-    /// As [`NodeField::compute`]; `None` if the ranks of some node have no memory to share. Collective.
+    /// As [`ComputedValues::compute`]; `None` if the ranks of some node have no memory to share. Collective.
     fn compute(
         ranks: &mut Ranks,
         mates: &NodeRanks,
