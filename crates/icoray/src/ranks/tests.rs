@@ -344,3 +344,26 @@ fn the_members_of_a_group_have_the_bytes_of_all() {
         }
     }
 }
+
+/// Memory that a node has beside other memory is separate from it, and keeps what its ranks wrote before.
+#[test]
+fn memories_of_a_node_are_separate() {
+    on_local_nodes(&[0, 0, 1], |team| {
+        let mut ranks = Ranks::new(team);
+        let (mut one, mut other) = (ranks.take_node(8).unwrap(), ranks.take_node(8).unwrap());
+        let place = [0, 4, 0][ranks.rank()];
+        let mut write = |memory: &mut NodeMemory, bytes: &[u8]| {
+            let put = |put: PutBytes| {
+                put(place, bytes);
+                Ok(())
+            };
+            memory.write(&mut ranks, put).unwrap();
+        };
+        write(&mut one, &[1; 4]);
+        write(&mut other, &[2; 4]);
+        write(&mut one, &[3]);
+        let written = if ranks.rank() < 2 { [[3, 1, 1, 1]; 2].concat() } else { vec![3, 1, 1, 1] };
+        assert_eq!(one.bytes()[..written.len()], written);
+        assert!(other.bytes()[..written.len()].iter().all(|byte| *byte == 2));
+    });
+}
