@@ -6,6 +6,7 @@ use crate::ranks::{NodeRanks, Ranks, decode, encode};
 use icoray_grid::Result;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::array;
 use std::ops::Range;
 
 /// The ranks that share the work of a frame on their node, and the sizes of the largest grid of a node.
@@ -14,7 +15,9 @@ pub(super) struct NodeWork<'f> {
     mates: &'f NodeRanks,
     pub max_cells: usize,
     pub max_triangles: usize,
-    /// Whether no rank has a device or other nodes that read gradients ([`SceneBuilder::partial_gradients`]).
+    /// Whether all ranks skip empty space.
+    pub finds_blocks: bool,
+    /// Whether gradients may be partial on all ranks ([`SceneBuilder::partial_gradients`]).
     pub partial_gradients: bool,
 }
 
@@ -22,14 +25,20 @@ impl<'f> NodeWork<'f> {
     /// The shared work of the frame of `builder`; `None` if not all ranks need what it computes, or those of a node do
     /// not read the same fields. Collective.
     pub fn agree(builder: &SceneBuilder<'_, 'f>, ranks: &mut Ranks) -> Result<Option<Self>> {
-        let context = builder.context;
+        let (context, savings) = (builder.context, builder.savings);
         let Some(mates) = context.mates else { return Ok(None) };
-        let sizes = (context.grid.cells(), context.grid.triangles());
-        let ((all_need, partial_gradients), (max_cells, max_triangles)) = ranks
-            .reduce_values(((context.needs_scene(), builder.partial_gradients), sizes), |(a, m), (b, n)| {
-                ((a.0 && b.0, a.1 && b.1), (m.0.max(n.0), m.1.max(n.1)))
-            })?;
-        Ok(all_need.then_some(NodeWork { mates, max_cells, max_triangles, partial_gradients }))
+        // Ranks may have renderers of different savings and devices.
+        let is_partial = builder.partial_gradients && savings.empty_space && savings.packing && savings.gradients;
+        let mine = (
+            [context.needs_scene(), savings.empty_space, is_partial],
+            [context.grid.cells(), context.grid.triangles()],
+        );
+        let (flags, sizes) = ranks.reduce_values(mine, |(a, m), (b, n)| {
+            (array::from_fn(|k| a[k] && b[k]), array::from_fn(|k| m[k].max(n[k])))
+        })?;
+        let ([all_need, finds_blocks, partial_gradients], [max_cells, max_triangles]) = (flags, sizes);
+        let node = NodeWork { mates, max_cells, max_triangles, finds_blocks, partial_gradients };
+        Ok(all_need.then_some(node))
     }
 
     /// This rank's turns among `count` cells or triangles.

@@ -135,7 +135,7 @@ impl NodeOccupancy {
         let mut parts = builder.clone();
         let (media, isosurfaces) = (parts.media(), parts.isosurfaces());
         let all = builder.seen_fields(&media, &isosurfaces);
-        if all.is_empty() || !builder.savings.empty_space {
+        if all.is_empty() || !node.finds_blocks {
             return Ok(None);
         }
         let blocks = builder.blocks(all.len());
