@@ -1,10 +1,11 @@
 //! Grids that are spread over ranks: the picture that is put together of their fragments is that of the whole grid.
 
 use icoray::{
-    ErrorKind, Frame, FrameReport, Grid, Ground, IcosahedralMesh, Level, Lines, Location, Pattern, Rendered, Renderer,
-    Scene, Shape,
+    DistributedGrid, ErrorKind, Fields, Frame, FrameReport, Grid, Ground, IcosahedralMesh, Level, Lines, Location,
+    Pattern, Rendered, Renderer, Savings, Scene, Shape,
 };
 use icoray_test_support::{count, is_long};
+use itertools::iproduct;
 
 use crate::common::*;
 use crate::culled::{Culled, Mark, Style, holes};
@@ -99,6 +100,30 @@ fn parts_make_the_picture_of_the_whole() {
         }
     }
     println!("largest differences: f64 {:.1e}, f32 {:.1e}", worst[0], worst[1]);
+}
+
+/// The ranks of a node share what their renderers all compute, and in the form that all of them read.
+#[test]
+fn ranks_may_have_renderers_of_different_savings() {
+    let mesh = IcosahedralMesh::new(4).unwrap();
+    let scene = scene(FAR, "f32", &format!("|{LIT}"));
+    let (expected, values) = (whole(&mesh, &scene, Location::Center), waves(&mesh, Location::Center, LAYERS));
+    let (_, owner) = partitions(&mesh, 3).swap_remove(1);
+    let (spread, layers) = (Spread::new(&mesh, 3, &owner), earth_layers());
+    let odd = [Savings { packing: false, ..Savings::ALL }, Savings { ends: true, ..Savings::NONE }];
+    for (nodes, odd) in iproduct!([[0, 0, 0], [0, 0, 1], [0, 1, 1]], odd) {
+        let drawn = spread.on_nodes(&nodes, |ranks, _, grid, decomposition| {
+            let savings = if ranks.rank() == 1 { odd } else { Savings::ALL };
+            let renderer = Renderer::new(1).unwrap().with_savings(savings);
+            let data = DistributedGrid { grid, decomposition: Some(&decomposition.unwrap()), layers: &layers };
+            let rows = &spread.cells[ranks.rank()].rows;
+            let own: Vec<f64> = rows.iter().flat_map(|row| &values[row * LAYERS..][..LAYERS]).copied().collect();
+            let field = level_fastest(&own, LAYERS, Location::Center);
+            renderer.render_decomposed(ranks, &scene, data, Fields::new([("f", field)])).unwrap()
+        });
+        let off = difference(&picture(drawn).0, &expected);
+        assert!(off <= 1e-5, "{nodes:?}, {odd:?}: {off:e}");
+    }
 }
 
 /// Copies of halo cells, of which NICAM has several for a cell.
