@@ -106,7 +106,7 @@ fn parts_make_the_picture_of_the_whole() {
 #[test]
 fn ranks_may_have_renderers_of_different_savings() {
     let mesh = IcosahedralMesh::new(4).unwrap();
-    let scene = scene(FAR, "f32", &format!("|{LIT}"));
+    let scene = scene(FAR, "f32", &format!("tolerance = 1e-3|{LIT}"));
     let (expected, values) = (whole(&mesh, &scene, Location::Center), waves(&mesh, Location::Center, LAYERS));
     let (_, owner) = partitions(&mesh, 3).swap_remove(1);
     let (spread, layers) = (Spread::new(&mesh, 3, &owner), earth_layers());
@@ -122,7 +122,7 @@ fn ranks_may_have_renderers_of_different_savings() {
             renderer.render_decomposed(ranks, &scene, data, Fields::new([("f", field)])).unwrap()
         });
         let off = difference(&picture(drawn).0, &expected);
-        assert!(off <= 1e-5, "{nodes:?}, {odd:?}: {off:e}");
+        assert!(off <= 1e-3, "{nodes:?}, {odd:?}: {off:e}");
     }
 }
 
