@@ -32,10 +32,10 @@ impl ComputedValues {
         cached: impl FnOnce() -> Result<Cached> + Send,
         make: impl Fn(Range<usize>, Option<OwnedReals>) -> OwnedReals + Sync,
     ) -> Result<Self> {
-        if let Some(mates) = mates {
-            if let Some(shared) = NodeValues::compute(ranks, mates, threads, (at, is_f64), &make)? {
-                return Ok(ComputedValues::Shared(shared));
-            }
+        if let Some(mates) = mates
+            && let Some(shared) = NodeValues::compute(ranks, mates, threads, (at, is_f64), &make)?
+        {
+            return Ok(ComputedValues::Shared(shared));
         }
         let own = || {
             cached()?.or_else(|memory| {
