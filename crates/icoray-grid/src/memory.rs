@@ -23,20 +23,22 @@ pub fn available() -> Option<u64> {
 /// As [`available`], where this many processes of the machine share its memory and that of the control group.
 fn available_to_each(processes: u64) -> Option<u64> {
     let asked = RefreshKind::nothing().with_memory(MemoryRefreshKind::everything());
-    let mut system = System::new_with_specifics(asked);
+    let system = System::new_with_specifics(asked);
     let machine = system.available_memory().saturating_add(system.free_swap());
-    let own = Pid::from_u32(std::process::id());
-    system.refresh_processes_specifics(
-        ProcessesToUpdate::Some(&[own]),
-        false,
-        ProcessRefreshKind::nothing().with_memory(),
-    );
-    let virtual_memory = system.process(own).map(sysinfo::Process::virtual_memory);
-    let space = virtual_memory.and_then(|used| address_space()?.checked_sub(used));
+    let space = address_space().and_then(|limit| limit.checked_sub(virtual_memory()?));
     // sysinfo reads the limits of the root of the hierarchy only, from 0.39 on those of the process, for Rust 1.95.
     let group = left_by_control_groups(Path::new("/"));
     let shared = [Some(machine), group].into_iter().flatten().min();
     shared.map(|bytes| bytes / processes).into_iter().chain(space).min()
+}
+
+/// Bytes of this process' address space that are taken.
+fn virtual_memory() -> Option<u64> {
+    let own = Pid::from_u32(std::process::id());
+    let memory_alone = ProcessRefreshKind::nothing().with_memory().without_tasks();
+    let mut system = System::new();
+    system.refresh_processes_specifics(ProcessesToUpdate::Some(&[own]), false, memory_alone);
+    system.process(own).map(sysinfo::Process::virtual_memory)
 }
 
 /// Bytes that the control groups of this process and all groups above them leave, versions 1 and 2; `None` without a

@@ -49,21 +49,6 @@ impl<'m> OccupancyMask<'m> {
         OccupancyMask { blocks: vec![0; triangles].into(), shift: Self::shift(layers), ..OccupancyMask::default() }
     }
 
-    /// The mask that shows the parts that any of these masks between this number of layers shows, and over all triangles
-    /// the blocks of `beside`.
-    pub fn joined(masks: &[OccupancyMask], grid: &Grid, layers: usize, beside: u32) -> OccupancyMask<'static> {
-        let Some(first) = masks.first().filter(|_| masks.iter().all(|mask| !mask.is_full())) else {
-            return OccupancyMask::default().full(layers);
-        };
-        let here = |triangle: u32| if grid.is_triangle(triangle) { beside } else { 0 };
-        let mut blocks: Vec<u32> =
-            (0..).zip(&*first.blocks).map(|(triangle, blocks)| blocks | here(triangle)).collect();
-        for mask in &masks[1..] {
-            blocks.iter_mut().zip(&*mask.blocks).for_each(|(all, blocks)| *all |= blocks);
-        }
-        OccupancyMask { blocks: blocks.into(), shift: first.shift, top: layers - 1, ..OccupancyMask::default() }
-    }
-
     /// This mask between this number of layers with the joined bits of macrocells, if enough of these are clear for rays
     /// to leap over them.
     pub fn with_macrocells(mut self, grid: &Grid, layers: usize) -> Self {

@@ -1,6 +1,7 @@
 //! Leaps over empty space: the distance that a ray passes over invisible macrocells.
 
 use crate::column::Shell;
+use crate::general::KernelScene;
 use crate::packet::PacketFrame;
 use crate::plane::RayLine;
 use icoray_grid::macrocells::Macrocells;
@@ -25,6 +26,8 @@ pub(crate) enum Ahead {
 pub(crate) struct Leaps<'t> {
     macrocells: &'t Macrocells<'t>,
     visible: &'t OccupancyMask<'t>,
+    /// Blocks that surfaces adjoin in all columns.
+    beside: u32,
     shell: &'t Shell,
     /// Squares of the lowest and the highest radius in the gaps of each block.
     blocks: Vec<[f64; 2]>,
@@ -80,7 +83,8 @@ impl<'t> Leaps<'t> {
     /// The macrocells of a frame; `None` where all or too little of it is visible to leap.
     #[inline]
     pub fn new(frame: &'t PacketFrame<'_>) -> Option<Self> {
-        let (shell, visible) = (&frame.packets.shell, frame.visible);
+        let KernelScene { visible, beside, .. } = frame.scene;
+        let shell = &frame.packets.shell;
         if visible.macrocells.is_empty() {
             return None;
         }
@@ -94,7 +98,7 @@ impl<'t> Leaps<'t> {
         };
         let blocks = (0..radii.len() - 1).step_by(1 << visible.shift).map(block).collect();
         let inner = if frame.scene.core.is_some() { shell.inner().max(CENTRE) } else { CENTRE };
-        Some(Leaps { macrocells, visible, shell, blocks, inner2: square(inner, 1.0 + ROUNDING) })
+        Some(Leaps { macrocells, visible, beside: *beside, shell, blocks, inner2: square(inner, 1.0 + ROUNDING) })
     }
 
     /// The least length of a worthwhile leap, for a ray at radius 1.
@@ -116,7 +120,7 @@ impl<'t> Leaps<'t> {
             let number = groups.number(group);
             if number != entered {
                 let until = groups.exit(group, from, along, t) + step;
-                let first = self.first(self.visible.macrocells.of_group(number), b2, t);
+                let first = self.first(self.visible.macrocells.of_group(number) | self.beside, b2, t);
                 entered = number;
                 if first > t {
                     t = first.min(until);
@@ -125,7 +129,7 @@ impl<'t> Leaps<'t> {
             }
             let until = map.exit(cell, from, along, t) + step;
             let number = map.number(cell);
-            let bits = self.visible.macrocells.of_macrocell(number);
+            let bits = self.visible.macrocells.of_macrocell(number) | self.beside;
             let first = self.first(bits, b2, t);
             if first < until && self.shows(bits, b2, [first, until.min(line.end)]) {
                 return Ahead::Shown { at: first, until, near: self.macrocells.triangle_in(number) };

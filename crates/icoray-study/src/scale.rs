@@ -179,6 +179,22 @@ fn markdown(columns: &[Vec<(&'static str, String)>]) -> String {
     (0..columns.first().map_or(0, Vec::len)).map(row).collect()
 }
 
+/// Gives the process a hash table for the locks of so many threads.
+///
+/// Linux from 6.16 has one for each process, of a size for as many threads as there are processors, and each wake-up
+/// searches all threads that wait in an entry of it. Earlier kernels refuse the call: their table is the system's.
+#[cfg(target_os = "linux")]
+fn reserve_locks(threads: usize) {
+    const PR_FUTEX_HASH: libc::c_int = 78;
+    const PR_FUTEX_HASH_SET_SLOTS: libc::c_ulong = 1;
+    let (slots, flags): (libc::c_ulong, libc::c_ulong) = (threads.next_power_of_two() as libc::c_ulong, 0);
+    // SAFETY: the call reads its arguments only, which are numbers.
+    unsafe { libc::prctl(PR_FUTEX_HASH, PR_FUTEX_HASH_SET_SLOTS, slots, flags, 0 as libc::c_ulong) };
+}
+
+#[cfg(not(target_os = "linux"))]
+fn reserve_locks(_: usize) {}
+
 /// The last frame of all ranks.
 fn simulated(simulation: &Simulation, ranks: usize, network: Network) -> Result<Vec<RankExchange>> {
     let node_of: Vec<usize> = (0..ranks).map(|rank| network.node_of(rank)).collect();
@@ -188,6 +204,7 @@ fn simulated(simulation: &Simulation, ranks: usize, network: Network) -> Result<
         TimedMessages { messages, network, clock }
     });
     let renderer = Renderer::new(0)?;
+    reserve_locks(ranks);
     let of_ranks = on_threads(team.into_iter().zip(&clocks).collect(), |(team, clock)| {
         let (mut before, mut began) = (Traffic::default(), read(clock));
         simulation.rank(&renderer, Ranks::new(team), |ranks, report| {

@@ -18,7 +18,7 @@ pub(crate) use left_out::CELL_CORNER;
 mod levels;
 mod memory;
 mod savings;
-pub(crate) use blocks::{Blocks, MAX_CLEAR, OccupancyTest, SeenBlocks, clear_values};
+pub(crate) use blocks::{Blocks, FieldColumns, FieldTest, MAX_CLEAR, OccupancyTest, SeenBlocks, clear_values};
 pub use memory::FrameMemory;
 pub(crate) use memory::lit_fields;
 pub use savings::Savings;

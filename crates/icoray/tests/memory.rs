@@ -98,26 +98,27 @@ fn general_frames_make_no_array_anew() {
     }
 }
 
-/// Of a node's mesh, and of what a lit frame of a derived field computes, there is one copy, whatever the number of
+/// Of a node's mesh, and of what lit frames of a derived field compute, there is one copy, whatever the number of
 /// ranks: more of them keep no more for each cell.
 fn ranks_of_a_node_share_what_they_derive() {
     let mesh = IcosahedralMesh::new(6).unwrap();
-    for nodes in [1, 2] {
-        let [few, many] = [2, 8].map(|of_node| bytes_of_nodes(&mesh, nodes, of_node));
+    for (nodes, heights) in [(1, Heights::Mean), (2, Heights::Mean), (1, Heights::Native), (2, Heights::Native)] {
+        let [few, many] = [2, 8].map(|of_node| bytes_of_nodes(&mesh, nodes, of_node, heights));
         for (what, [few, many]) in [("parts", [few[0], many[0]]), ("a lit frame", [few[1], many[1]])] {
             let of_cell_and_rank = (many - few) as f64 / (mesh.cells() * 6) as f64;
             println!(
-                "{nodes} nodes, {what}: {few} bytes of 2 ranks, {many} of 8, {of_cell_and_rank:.2} per cell and rank"
+                "{nodes} nodes, {heights:?} heights, {what}: {few} bytes of 2 ranks, {many} of 8, {of_cell_and_rank:.2} \
+                 per cell and rank"
             );
             // Halos along the borders of ranks.
-            assert!(of_cell_and_rank < 5.0, "{nodes} nodes, {what}: {of_cell_and_rank}");
+            assert!(of_cell_and_rank < 5.0, "{nodes} nodes, {heights:?} heights, {what}: {of_cell_and_rank}");
         }
     }
 }
 
 /// Bytes that the ranks of nodes, `of_node` of each, keep of the parts on which they have agreed, and then after a lit
-/// frame.
-fn bytes_of_nodes(mesh: &IcosahedralMesh, nodes: usize, of_node: usize) -> [isize; 2] {
+/// frame of two volumes.
+fn bytes_of_nodes(mesh: &IcosahedralMesh, nodes: usize, of_node: usize, heights: Heights) -> [isize; 2] {
     let ranks = nodes * of_node;
     // Slices between meridians.
     let owner = |cell: usize| (mesh.lon_center_rad[cell].rem_euclid(TAU) / TAU * ranks as f64) as usize % ranks;
@@ -136,10 +137,15 @@ fn bytes_of_nodes(mesh: &IcosahedralMesh, nodes: usize, of_node: usize) -> [isiz
     let lit = "[light]\nkind = \"headlight\"\n[[derive]]\nname = \"d\"\nmagnitude = [\"f\", \"f\"]";
     let mut scene = scene(lit);
     scene.volumes[0].field = "d".into();
+    scene.volumes.extend([Volume { field: "f".into(), ..scene.volumes[0].clone() }]);
+    scene.scenery.heights = heights;
     let layers = Layers::from_heights(&Vec::from_iter((0..LAYERS).map(|k| 1000.0 * k as f64)), 6_371_000.0).unwrap();
     // Some of it is in the clear range of the transfer function.
     let values = |cell: &usize| (0..LAYERS).map(move |layer| ((cell + layer) as f32 * 1e-3).sin()).collect::<Vec<_>>();
     let fields: Vec<Vec<f32>> = parts.iter().map(|part| part.cells.iter().flat_map(values).collect()).collect();
+    let lifted = |cell: usize| (0..LAYERS).map(move |layer| 1e3 * layer as f64 + (cell % 100) as f64);
+    let lifted: Vec<Vec<f64>> =
+        parts.iter().map(|part| part.cells.iter().copied().flat_map(lifted).collect()).collect();
     let count = |region: &Region<System>| {
         meeting.wait();
         let change = region.change();
@@ -161,7 +167,9 @@ fn bytes_of_nodes(mesh: &IcosahedralMesh, nodes: usize, of_node: usize) -> [isiz
         let renderer = Renderer::new(1).unwrap();
         let data = DistributedGrid { grid: &grid, decomposition: Some(&decomposition), layers: &layers };
         let field = Field::level_fastest(&fields[rank], LAYERS, Location::Center).unwrap();
-        renderer.render_decomposed(&mut ranks, &scene, data, Fields::new([("f", field)])).unwrap();
+        let lifted = Field::level_fastest(&lifted[rank], LAYERS, Location::Center).unwrap();
+        let fields = Fields::new([("f", field)]).with_heights(lifted);
+        renderer.render_decomposed(&mut ranks, &scene, data, fields).unwrap();
         let of_frame = count(&region) - of_parts;
         if rank == 0 {
             *bytes.lock().unwrap() = vec![of_parts, of_frame];

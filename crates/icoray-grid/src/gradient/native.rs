@@ -42,9 +42,15 @@ pub fn gradients<S: Sample>(
     Ok(gradients)
 }
 
-/// The direction across a layer at each cell, outwards: the mean of the facets around it, weighted by area. Reuses
+/// The direction across a layer at each of `cells`, outwards: the mean of the facets around it, weighted by area. Reuses
 /// `memory`.
-pub fn normals(grid: &Grid, heights: &Heights, layer: usize, mut memory: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
+pub fn normals(
+    grid: &Grid,
+    heights: &Heights,
+    layer: usize,
+    cells: Range<usize>,
+    mut memory: Vec<[f32; 3]>,
+) -> Vec<[f32; 3]> {
     let place = |cell: u32| heights.radius(cell, layer) * grid.direction(cell);
     let normal = |cell: u32| {
         let (up, own) = (grid.direction(cell), place(cell));
@@ -55,7 +61,7 @@ pub fn normals(grid: &Grid, heights: &Heights, layer: usize, mut memory: Vec<[f3
         });
         across.sum::<DVec3>().try_normalize().unwrap_or(up).as_vec3().to_array()
     };
-    (0..grid.cells() as u32).into_par_iter().with_min_len(256).map(normal).collect_into_vec(&mut memory);
+    (cells.start as u32..cells.end as u32).into_par_iter().with_min_len(256).map(normal).collect_into_vec(&mut memory);
     memory
 }
 

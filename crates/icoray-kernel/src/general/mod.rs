@@ -50,6 +50,7 @@ use icoray_grid::Grid;
 use icoray_grid::array::MapInline;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_scene::Method;
+use std::borrow::Cow;
 
 /// The contents of a picture, equal for all rays of a frame.
 #[derive(Debug)]
@@ -68,12 +69,12 @@ pub struct KernelScene<'f> {
     pub surface_layers: Vec<SurfaceLayer>,
     /// The parts of space that are cut away.
     pub clips: Clips,
-    /// Visible blocks of gaps for each of the volumes and isosurfaces, or one mask that shows nothing.
-    pub visible: Vec<OccupancyMask<'f>>,
+    /// The blocks of gaps in which any of the volumes and isosurfaces is visible.
+    pub visible: OccupancyMask<'f>,
     /// The blocks of gaps that other surfaces adjoin, in all columns.
     pub beside: u32,
     /// Normals at the vertices of lit layers that are not spheres: number of the layer, and a unit vector per cell.
-    pub normals: Vec<(usize, Vec<[f32; 3]>)>,
+    pub normals: Vec<(usize, Cow<'f, [[f32; 3]]>)>,
     /// The opaque core; `None` lets rays through the hollow core.
     pub core: Option<Core<'f>>,
     /// Least and greatest radius of the innermost layer, planet radii. Under holes of the mesh the core is a sphere of
@@ -103,10 +104,10 @@ impl KernelScene<'_> {
             && self.clips.regions().is_empty()
     }
 
-    /// Whether `gap` is visible according to these blocks; all masks have the same gaps in a block.
-    #[inline]
-    fn is_occupied(&self, blocks: u32, gap: usize) -> bool {
-        self.visible.first().is_some_and(|visible| visible.is_occupied(blocks, gap))
+    /// Bits of the visible blocks of gaps over a triangle with data.
+    #[inline(always)]
+    pub(crate) fn blocks_over(&self, triangle: u32) -> u32 {
+        self.visible.blocks_over(triangle) | self.beside
     }
 }
 
@@ -347,7 +348,7 @@ impl RayState<'_, '_> {
     /// Bits of the visible blocks of gaps over a triangle.
     #[inline]
     pub fn blocks(&self, triangle: u32) -> u32 {
-        self.scene.visible.iter().fold(self.scene.beside, |all, visible| all | visible.blocks_over(triangle))
+        self.scene.blocks_over(triangle)
     }
 
     /// Passes a column over a triangle with data.
@@ -414,7 +415,7 @@ struct VisibleParts<'c, 'r, 'f> {
 impl ColumnVisitor for VisibleParts<'_, '_, '_> {
     #[inline]
     fn gap(&mut self, wedge: &Wedge, facets: [&Facet; 2], ends: [(f64, FacetSide); 2]) -> Flow {
-        if self.ray.scene.is_occupied(self.blocks, facets[1].layer) {
+        if self.ray.scene.visible.is_occupied(self.blocks, facets[1].layer) {
             return self.ray.gap(wedge, facets, ends);
         }
         self.ray.pass_void();

@@ -4,7 +4,6 @@ use super::packet_scene::PacketScene;
 use crate::general::{KernelScene, RaySettings};
 use crate::shade::Shading;
 use icoray_grid::gradient::Gradients;
-use icoray_grid::occupancy::OccupancyMask;
 
 /// The first volume of a scene and its surroundings, as all packets of a frame read them.
 ///
@@ -22,8 +21,6 @@ pub(crate) struct PacketFrame<'f> {
     pub gradients: &'f Gradients<'f>,
     /// [`Spans::needs_sizes`](crate::transfer::Spans::needs_sizes) of the field.
     pub needs_sizes: bool,
-    /// Visible blocks of gaps.
-    pub visible: &'f OccupancyMask<'f>,
     /// Whether frusta are integrated; false where the walk and the interpolation alone are measured.
     pub integrates: bool,
 }
@@ -40,7 +37,6 @@ impl<'f> PacketFrame<'f> {
             shading: rays.shading.filter(|_| !scene.media.is_empty()),
             gradients: field.gradients.values(),
             needs_sizes: packets.spans.needs_sizes(field.value_range),
-            visible: packets.visible(scene),
             integrates,
         }
     }

@@ -10,7 +10,6 @@ use crate::column::{Chord, Shell, Values};
 use crate::lit::FrustumInterpolant;
 use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
-use icoray_grid::occupancy::OccupancyMask;
 use icoray_simd::{Floats, Machine, Mask, Numbers, Pairs, Table, Wide, wide_mask};
 
 /// Layers of one radius each; `SCENE` is [`Layers::HAS_SCENE`].
@@ -155,11 +154,10 @@ impl<const SCENE: bool> Layers for Concentric<'_, SCENE> {
     }
 
     #[inline(never)]
-    fn skip<V: Machine>(&self, lanes: &mut Lanes<V>, lane: usize, visible: &OccupancyMask) -> bool {
+    fn skip<V: Machine>(&self, lanes: &mut Lanes<V>, lane: usize, blocks: u32, shift: u32) -> bool {
         let [entry, exit] = [0, 1].map_inline(|k: usize| lanes.rho[k].get(lane));
         let is_rising = lanes.rising.test(lane);
-        let blocks = visible.blocks_over(lanes.triangles[lane]);
-        let (gap, layer) = next_shown(blocks, visible.shift, lanes.gap[lane], is_rising, self.shell.layers());
+        let (gap, layer) = next_shown(blocks, shift, lanes.gap[lane], is_rising, self.shell.layers());
         let radius = self.shell.bounds()[layer + 1];
         if (radius <= exit) != is_rising {
             self.locate(lanes, lane, exit);

@@ -5,7 +5,6 @@ use super::frame::PacketFrame;
 use super::lanes::Lanes;
 use super::read::{Course, Vertices};
 use crate::lit::FrustumInterpolant;
-use icoray_grid::occupancy::OccupancyMask;
 use icoray_simd::{Floats, Machine, Mask, Numbers, Wide};
 
 /// The points at which the lanes' rays leave their gaps.
@@ -82,8 +81,8 @@ pub(super) trait Layers: Copy {
     fn exits<V: Machine>(&self, simd: V, lanes: &Lanes<V>, active: Mask<V>) -> (Numbers<V>, Option<Floats<V>>);
 
     /// Moves a lane from an invisible gap to the next visible one in its column, to the space below or above all
-    /// layers, or to the column's exit: then it returns true.
-    fn skip<V: Machine>(&self, lanes: &mut Lanes<V>, lane: usize, visible: &OccupancyMask) -> bool;
+    /// layers, or to the column's exit: then it returns true. `blocks` are the visible ones, each of `1 << shift` gaps.
+    fn skip<V: Machine>(&self, lanes: &mut Lanes<V>, lane: usize, blocks: u32, shift: u32) -> bool;
 
     /// Value, and gradient where `N` is 4, along the frustum of a lane, in scalar code; `None` if
     /// [`Self::HAS_SCENE`], where single rays pass such frusta.

@@ -12,7 +12,7 @@
 //! surface or a cut.
 
 use crate::counts::Counts;
-use crate::general::Levels;
+use crate::general::{KernelScene, Levels};
 use crate::leap::{HollowCore, Leaps};
 use crate::shade::RayShading;
 use crate::trace::queue::RowHints;
@@ -211,7 +211,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         let hints = RowHints::new(self.frame.scene.grid);
         let mut queue = Rays { rays, clip: self.clip(), hints, last_shown: [u32::MAX; 2], entries: Entries::new() };
         // Gaps are passed in every turn if no column is passed as a whole.
-        let is_full = self.frame.visible.is_full() && self.runs.is_none();
+        let is_full = self.frame.scene.visible.is_full() && self.runs.is_none();
         let mut is_empty = false;
         loop {
             if !is_empty && self.live.count_ones() + FREE <= Lanes::<V>::COUNT as u32 {
@@ -306,14 +306,14 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
             }
             let entered = entered & !self.fresh & !self.ended;
             self.layers.enter(simd, &mut self.lanes, entered);
-            if !self.frame.visible.is_full() {
+            if !self.frame.scene.visible.is_full() {
                 let entered = mask::<V>(simd, entered);
                 let skipped = self.skip_columns(entered);
                 self.leave(skipped);
                 self.leap(skipped);
             }
         }
-        if !self.frame.visible.is_full() {
+        if !self.frame.scene.visible.is_full() {
             self.skip();
         }
     }
@@ -322,9 +322,10 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     /// Columns that extend to the core or above all layers are not skipped.
     #[inline(always)]
     fn skip_columns(&mut self, entered: Mask<V>) -> u32 {
-        let (simd, lanes, visible) = (self.simd, &mut self.lanes, self.frame.visible);
+        let (simd, lanes) = (self.simd, &mut self.lanes);
+        let KernelScene { visible, beside, .. } = self.frame.scene;
         let Some(blocks) = Table::new(&visible.blocks) else { return 0 };
-        let blocks = simd.gather_u32(blocks, lanes.triangles);
+        let blocks = simd.gather_u32(blocks, lanes.triangles) | *beside;
         let (exit, place) = self.layers.exits(simd, lanes, entered);
         let (low, high) = (lanes.gap.min(exit), lanes.gap.max(exit));
         let most = number(simd, u32::MAX);
@@ -342,9 +343,10 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     /// Moves lanes out of invisible gaps.
     #[inline(always)]
     fn skip(&mut self) {
-        let hidden = self.hidden();
+        let (hidden, scene) = (self.hidden(), self.frame.scene);
         for lane in lanes_of(hidden) {
-            if self.layers.skip(&mut self.lanes, lane, self.frame.visible) {
+            let blocks = scene.blocks_over(self.lanes.triangles[lane]);
+            if self.layers.skip(&mut self.lanes, lane, blocks, scene.visible.shift) {
                 self.leave(1 << lane);
             }
         }
@@ -353,11 +355,11 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     /// Lanes that are about to enter an invisible frustum.
     #[inline(always)]
     fn hidden(&self) -> u32 {
-        let visible = self.frame.visible;
+        let KernelScene { visible, beside, .. } = self.frame.scene;
         let Some(blocks) = Table::new(&visible.blocks) else { return 0 };
         let below = self.lanes.gap - 1;
         let inside = below.simd_lt(self.frame.packets.shell.layers() as u32 - 1);
-        let blocks = self.simd.gather_u32(blocks, self.lanes.triangles);
+        let blocks = self.simd.gather_u32(blocks, self.lanes.triangles) | *beside;
         let shown = ((blocks >> (below >> visible.shift)) & 1).simd_ne(0);
         (inside & !shown).to_bitmask() as u32 & self.live & !self.fresh & !self.mid & !self.ended
     }

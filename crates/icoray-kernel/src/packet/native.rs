@@ -19,7 +19,6 @@ use super::part::all;
 use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
 use icoray_grid::heights::Heights;
-use icoray_grid::occupancy::OccupancyMask;
 use icoray_simd::{Floats, Machine, Mask, Numbers, Wide, wide_mask};
 
 /// The layers for packets.
@@ -250,11 +249,10 @@ impl Layers for Native<'_> {
     }
 
     #[inline(never)]
-    fn skip<V: Machine>(&self, lanes: &mut Lanes<V>, lane: usize, visible: &OccupancyMask) -> bool {
+    fn skip<V: Machine>(&self, lanes: &mut Lanes<V>, lane: usize, blocks: u32, shift: u32) -> bool {
         let gap = lanes.gap[lane];
         let is_rising = self.psi(lanes, lane, 1, gap as usize) >= 1.0;
-        let blocks = visible.blocks_over(lanes.triangles[lane]);
-        let (next, layer) = next_shown(blocks, visible.shift, gap, is_rising, self.table.layers());
+        let (next, layer) = next_shown(blocks, shift, gap, is_rising, self.table.layers());
         let [from, to] = [0, 1].map(|end: usize| self.psi(lanes, lane, end, layer));
         if (to >= 1.0) != is_rising {
             lanes.gap[lane] = self.gap_at(lanes, lane, 1);

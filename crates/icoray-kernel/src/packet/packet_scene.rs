@@ -1,12 +1,10 @@
-//! A scene in the form for packets: its volumes in single precision, the visible blocks of gaps,
-//! and the cuts of each gap.
+//! A scene in the form for packets: its volumes in single precision, and the cuts of each gap.
 
 use super::read::Source;
 use crate::column::Shell;
 use crate::deviation::Deviations;
 use crate::general::{KernelScene, TransferMap};
 use crate::transfer::{KernelKnot, Spans};
-use icoray_grid::occupancy::OccupancyMask;
 
 /// A scene for packets of rays, equal for all rays of a frame.
 #[derive(Debug)]
@@ -16,8 +14,6 @@ pub struct PacketScene<'f> {
     /// The field of the first volume.
     pub(super) source: Source<'f>,
     pub(super) volumes: Option<PacketVolumes<'f>>,
-    /// The visible blocks; `None` if they are those of the only volume or isosurface.
-    joined: Option<OccupancyMask<'static>>,
     /// For each gap, the bits of the cuts that contain it.
     pub(crate) clips_of_gaps: Vec<u32>,
     /// Whether rays leap over the hollow core.
@@ -67,8 +63,7 @@ impl<'f> PacketScene<'f> {
     /// A scene between layers of these radii, planet radii (mean ones under native heights); `None` if there are more
     /// cuts than packets support: then rays are traced one at a time.
     ///
-    /// Rays may leap over empty space if `leaps` is set: over a hollow core, and where the only mask has macrocells or
-    /// several are joined.
+    /// Rays leap over a hollow core if `leaps` is set.
     pub fn new(scene: &KernelScene<'f>, radius: &[f64], leaps: bool) -> Option<Self> {
         const CLEAR: [KernelKnot; 1] = [KernelKnot { value: 0.0, color: [0.0; 3], extinction: 0.0 }];
         let (number, knots) = match scene.media.as_slice() {
@@ -83,25 +78,14 @@ impl<'f> PacketScene<'f> {
         let source = Source::new(&scene.sources.get(number)?.field, spans.range());
         let gaps = 0..=radius.len();
         let clips_of_gaps = gaps.map(|gap| scene.clips.around([gap.saturating_sub(1), gap])).collect();
-        let is_one = scene.visible.len() == 1 && scene.beside == 0;
-        let joined = (!is_one).then(|| {
-            let joined = OccupancyMask::joined(&scene.visible, scene.grid, radius.len(), scene.beside);
-            if leaps { joined.with_macrocells(scene.grid, radius.len()) } else { joined }
-        });
         let leaps_core = leaps && scene.core.is_none();
         let (shell, deviations) = (Shell::new(radius), None);
-        Some(PacketScene { shell, spans, source, volumes, joined, clips_of_gaps, leaps_core, deviations })
+        Some(PacketScene { shell, spans, source, volumes, clips_of_gaps, leaps_core, deviations })
     }
 
     /// The scene of a volume alone on a grid that is coarser than the model's, with these deviations.
     #[must_use]
     pub fn with_deviations(self, deviations: &'f Deviations) -> Self {
         PacketScene { deviations: Some(deviations), ..self }
-    }
-
-    /// The visible blocks of the scene from which this was made.
-    #[inline]
-    pub(crate) fn visible<'s>(&'s self, scene: &'s KernelScene<'_>) -> &'s OccupancyMask<'s> {
-        self.joined.as_ref().unwrap_or_else(|| &scene.visible[0])
     }
 }

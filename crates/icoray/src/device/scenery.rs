@@ -56,7 +56,8 @@ impl NativeLayers {
         let all = (0..cells * layers).into_par_iter();
         let inverse = all.map(|at| 1.0 / heights.radius((at / layers) as u32, at % layers)).collect();
         let KernelScene { core_radius, outer, ref normals, .. } = *scene;
-        Some(NativeLayers { inverse, core_radius, outer, normals: normals.clone() })
+        let normals = normals.iter().map(|(layer, normals)| (*layer, normals.to_vec())).collect();
+        Some(NativeLayers { inverse, core_radius, outer, normals })
     }
 }
 

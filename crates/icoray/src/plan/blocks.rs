@@ -34,12 +34,33 @@ pub(crate) struct Blocks<'a> {
     pub leaps: bool,
 }
 
-/// The visibility test of one field.
-pub(crate) struct OccupancyTest<'a, S> {
+/// The values of a field that are clear: a frustum whose vertices all have values of one clear range is invisible.
+pub(crate) trait OccupancyTest: Send + Sync {
+    /// The clear ranges' bits.
+    fn clear_bits(&self) -> Vec<[u64; 2]>;
+
+    /// Keeps the clear ranges that are frequent in a sample of columns, the most frequent first, and returns their number,
+    /// at most [`MAX_CLEAR`].
+    fn keep_frequent(&mut self) -> usize;
+
+    /// Finds the blocks with values outside each of the clear ranges, in the columns over the cells from `first` on: a
+    /// word for each range, cell by cell.
+    fn find_columns(&self, first: usize, found: &mut [u32]);
+}
+
+/// The test of one field.
+pub(crate) struct FieldTest<'a, S> {
     pub blocks: Blocks<'a>,
     pub samples: Samples<'a, S>,
-    /// Clear values: a frustum whose vertices all have values of one clear range is invisible.
     pub clear: Vec<Stored<S>>,
+}
+
+/// What [`OccupancyTest::find_columns`] has found of all columns of a field.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FieldColumns<'c> {
+    /// Words of a cell.
+    pub ranges: usize,
+    pub words: &'c [u32],
 }
 
 /// The values of a field in `range` that are clear.
@@ -57,24 +78,12 @@ pub(crate) fn clear_values<T: Real, S: PreparedSample>(
     ranges.chain(knots).collect()
 }
 
-impl<S: PreparedSample> OccupancyTest<'_, S> {
-    /// The visible blocks; reuses `memory`.
-    pub fn visible(&self, memory: OccupancyMask<'static>) -> OccupancyMask<'static> {
-        let Blocks { grid, layers, .. } = self.blocks;
-        let (clear, mut visible) = (self.frequent(), memory.full(layers));
-        if clear.is_empty() {
-            return visible;
-        }
-        resize(&mut visible.columns, clear.len() * grid.cells());
-        self.find_columns(&clear, 0, &mut visible.columns);
-        let blocks = visible.blocks.to_mut();
-        resize(blocks, grid.triangles());
-        let seen = self.blocks.find(clear.len(), &visible.columns, 0, blocks);
-        self.blocks.mask(visible, seen)
+impl<S: PreparedSample> OccupancyTest for FieldTest<'_, S> {
+    fn clear_bits(&self) -> Vec<[u64; 2]> {
+        self.clear.iter().map(|range| range.map(|value| value.wide().to_bits())).collect()
     }
 
-    /// The clear ranges that are frequent in a sample of columns, the most frequent first, at most [`MAX_CLEAR`].
-    pub fn frequent(&self) -> Vec<Stored<S>> {
+    fn keep_frequent(&mut self) -> usize {
         let (level, bits, cells) = (Level::new(), self.blocks.bits(), self.blocks.grid.cells());
         let (stride, count) = if cells > 8 * PROBE[0] { (PROBE[0], PROBE[1]) } else { (CHUNK, CHUNK) };
         let blocks = joined(&bits).count_ones() as usize;
@@ -92,18 +101,35 @@ impl<S: PreparedSample> OccupancyTest<'_, S> {
         let mut found: Vec<_> = self.clear.iter().map(|clear| (part(clear), *clear)).collect();
         found.retain(|(part, _)| *part > 0.5 * MIN_CLEAR);
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
-        found.into_iter().map(|(_, clear)| clear).take(MAX_CLEAR).collect()
+        self.clear = found.into_iter().map(|(_, clear)| clear).take(MAX_CLEAR).collect();
+        self.clear.len()
     }
 
-    /// Finds the blocks with values outside each of the `clear` ranges, in the columns over the cells from `first` on: a
-    /// word for each range, cell by cell.
-    pub fn find_columns(&self, clear: &[Stored<S>], first: usize, found: &mut [u32]) {
+    fn find_columns(&self, first: usize, found: &mut [u32]) {
         let (level, bits) = (Level::new(), self.blocks.bits());
-        let chunks = found.par_chunks_mut(clear.len() * CHUNK).enumerate();
+        let chunks = found.par_chunks_mut(self.clear.len() * CHUNK).enumerate();
         chunks.for_each(|(i, found)| {
-            let outside = Outside { level, ranges: clear, bits: &bits, first: first + i * CHUNK, found };
+            let outside = Outside { level, ranges: &self.clear, bits: &bits, first: first + i * CHUNK, found };
             S::find_outside(&self.samples, outside);
         });
+    }
+}
+
+impl FieldColumns<'_> {
+    /// Adds the blocks over the triangles from `first` on.
+    fn add(&self, grid: &Grid, first: usize, blocks: &mut [u32]) {
+        match self.ranges {
+            1 => self.add_outside::<1>(grid, first, blocks),
+            2 => self.add_outside::<2>(grid, first, blocks),
+            _ => self.add_outside::<MAX_CLEAR>(grid, first, blocks),
+        }
+    }
+
+    fn add_outside<const R: usize>(&self, grid: &Grid, first: usize, blocks: &mut [u32]) {
+        let (columns, _) = self.words.as_chunks::<R>();
+        for (triangle, blocks) in (first..).zip(blocks) {
+            *blocks |= blocks_over(grid, triangle as u32, columns);
+        }
     }
 }
 
@@ -116,26 +142,45 @@ impl Blocks<'_> {
         (0..self.layers).map(|l| block(l) | block(l + 1)).collect()
     }
 
-    /// Finds the visible blocks over the triangles from `first` on; `columns` has a number of `ranges` words for each cell
-    /// of the grid.
-    pub fn find(&self, ranges: usize, columns: &[u32], first: usize, blocks: &mut [u32]) -> SeenBlocks {
-        match ranges {
-            1 => self.find_outside::<1>(columns, first, blocks),
-            2 => self.find_outside::<2>(columns, first, blocks),
-            _ => self.find_outside::<MAX_CLEAR>(columns, first, blocks),
+    /// The blocks that any of the fields of `tests` shows; reuses `memory`.
+    pub fn visible(
+        &self,
+        tests: Vec<Box<dyn OccupancyTest + '_>>,
+        memory: OccupancyMask<'static>,
+    ) -> OccupancyMask<'static> {
+        let mut visible = memory.full(self.layers);
+        let (cells, columns) = (self.grid.cells(), &mut visible.columns);
+        let (mut words, mut ranges) = (0, Vec::with_capacity(tests.len()));
+        for mut test in tests {
+            let count = test.keep_frequent();
+            if count == 0 {
+                return visible;
+            }
+            resize(columns, columns.len().max(words + count * cells));
+            test.find_columns(0, &mut columns[words..words + count * cells]);
+            words += count * cells;
+            ranges.push(count);
         }
+        resize(columns, words);
+        let mut unread = &**columns;
+        let fields = ranges.into_iter().filter_map(|ranges| {
+            let words = unread.split_off(..ranges * cells)?;
+            Some(FieldColumns { ranges, words })
+        });
+        let fields: Vec<_> = fields.collect();
+        let blocks = visible.blocks.to_mut();
+        resize(blocks, self.grid.triangles());
+        let seen = self.find(&fields, 0, blocks);
+        self.mask(visible, seen)
     }
 
-    fn find_outside<const R: usize>(&self, columns: &[u32], first: usize, blocks: &mut [u32]) -> SeenBlocks {
-        let (columns, _) = columns.as_chunks::<R>();
-        let seen = blocks.par_chunks_mut(CHUNK).enumerate().map(|(i, chunk)| {
-            let (mut count, mut bits) = (0, 0);
-            for (triangle, blocks) in (first + i * CHUNK..).zip(chunk) {
-                *blocks = blocks_over(self.grid, triangle as u32, columns);
-                count += u64::from(blocks.count_ones());
-                bits |= *blocks;
-            }
-            SeenBlocks { count, bits }
+    /// Finds the blocks over the triangles from `first` on that any of the fields shows.
+    pub fn find(&self, fields: &[FieldColumns], first: usize, blocks: &mut [u32]) -> SeenBlocks {
+        let seen = blocks.par_chunks_mut(CHUNK).enumerate().map(|(i, blocks)| {
+            blocks.fill(0);
+            fields.iter().for_each(|field| field.add(self.grid, first + i * CHUNK, blocks));
+            let count = blocks.iter().map(|blocks| u64::from(blocks.count_ones())).sum();
+            SeenBlocks { count, bits: joined(blocks) }
         });
         seen.reduce(SeenBlocks::default, SeenBlocks::and)
     }

@@ -98,9 +98,10 @@ impl Plan {
         };
         // Values below and above that of an isosurface are clear.
         let clear = scene.volumes.iter().map(clear).chain(scene.scenery.isosurfaces.iter().map(|_| 2));
-        // Blocks of each column and each triangle, and the macrocells of each triangle.
-        let words = |clear: usize| clear * grid.cells() + if clear > 0 { 2 * grid.triangles() } else { 0 };
-        (clear.map(words).sum::<usize>() * size_of::<u32>()) as u64
+        let clear: usize = clear.sum();
+        // Blocks of each field's columns and of each triangle, and the macrocells of each triangle.
+        let words = clear * grid.cells() + if clear > 0 { 2 * grid.triangles() } else { 0 };
+        (words * size_of::<u32>()) as u64
     }
 
     fn gradient_bytes(&self, scene: &Scene, grid: &Grid, is_packed: bool, is_partial: bool) -> u64 {

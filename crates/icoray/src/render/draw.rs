@@ -138,8 +138,8 @@ fn fill_report(context: &FrameContext, ranks: &Ranks, report: &mut FrameReport) 
     report.off_values = scene.off_values(&report.value_ranges);
 }
 
-/// Builds the kernel's scene where it is needed in any case, with the gradients that the node's ranks compute together,
-/// and receives gradients and normals of halo cells from other ranks. Collective.
+/// Builds the kernel's scene where it is needed in any case, with the gradients and normals that the node's ranks compute
+/// together, and receives those of halo cells from other ranks. Collective.
 fn complete<'n>(
     builder: &SceneBuilder,
     ranks: &mut Ranks,
@@ -154,8 +154,7 @@ fn complete<'n>(
     if let Some((node, shared)) = shared {
         shared.compute(builder, node, ranks, built.get())?;
         let shared: &NodeGradients = shared;
-        ranks.collective_work(|| shared.lend(built.get_mut()))?;
-        return part.map_or(Ok(()), |part| built.get_mut().fill_normals(ranks, part));
+        return ranks.collective_work(|| shared.lend(built.get_mut()));
     }
     part.map_or(Ok(()), |part| built.get_mut().fill_halos(ranks, part))
 }

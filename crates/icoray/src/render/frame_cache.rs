@@ -32,10 +32,9 @@ impl PartialEq for SourceKey {
 /// Key of visible blocks.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct OccupancyKey {
-    pub source: SourceKey,
+    /// The fields that are seen, with the bits of their clear values.
+    pub fields: Vec<(SourceKey, Vec<[u64; 2]>)>,
     pub falling: bool,
-    /// The clear values' bits.
-    pub clear: Vec<[u64; 2]>,
     /// Whether macrocells were found too.
     pub leaps: bool,
 }
@@ -50,8 +49,8 @@ pub(super) struct GradientKey {
     pub packed: bool,
     /// Whether they are in single precision.
     pub single: bool,
-    /// The visible blocks in which they are computed; all if there are none.
-    pub occupancy: Vec<OccupancyKey>,
+    /// The visible blocks in which they are computed; all if there is none.
+    pub occupancy: Option<OccupancyKey>,
     /// Heights of layers if columns have their own, and planet radii per metre of height.
     pub heights: Option<(SourceKey, f64)>,
 }

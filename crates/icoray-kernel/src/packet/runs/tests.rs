@@ -96,7 +96,7 @@ impl<'g> Model<'g> {
             isosurfaces: Vec::new(),
             surface_layers: Vec::new(),
             clips: Clips::default(),
-            visible: vec![OccupancyMask { blocks: self.blocks.as_slice().into(), ..full }],
+            visible: OccupancyMask { blocks: self.blocks.as_slice().into(), ..full },
             beside: 0,
             normals: Vec::new(),
             core: Core::new(core, None),

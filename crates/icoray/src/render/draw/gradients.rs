@@ -1,4 +1,4 @@
-//! Gradients of the lit fields of a frame. A rank computes those that its rays need, and keeps them between frames;
+//! Gradients of the lit fields of a frame, and normals of its layers. A rank computes those that its rays need, and keeps them between frames;
 //! ranks that read the same fields in a node's memory compute them together, each those of some cells.
 
 use super::node_work::NodeWork;
@@ -15,6 +15,7 @@ use icoray_grid::visible_cells::VisibleCells;
 use icoray_grid::{Error, ErrorKind, Reals, Result};
 use icoray_kernel::general::Levels;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// A field whose gradients are computed.
@@ -38,7 +39,7 @@ impl SceneBuilder<'_, '_> {
     }
 
     /// The key of the gradients of a field with these cuts.
-    pub(super) fn gradient_key(&self, number: usize, cuts: &[f64], visible: &[OccupancyKey]) -> GradientKey {
+    pub(super) fn gradient_key(&self, number: usize, cuts: &[f64], visible: Option<&OccupancyKey>) -> GradientKey {
         let FrameContext { plan, grid, .. } = *self.context;
         // Ranks exchange gradients, so all divide by the same range.
         let low = cuts.first().copied().unwrap_or(0.0);
@@ -52,7 +53,7 @@ impl SceneBuilder<'_, '_> {
             radius: plan.radius.clone(),
             packed: self.is_packed(self.partial_gradients),
             single: self.is_single(),
-            occupancy: if has_blocks { visible.to_vec() } else { Vec::new() },
+            occupancy: visible.filter(|_| has_blocks).cloned(),
             heights: self.terrain.key.clone(),
         }
     }
@@ -76,7 +77,7 @@ impl SceneBuilder<'_, '_> {
         LitField {
             number,
             key,
-            visible: (!key.occupancy.is_empty()).then_some(visible),
+            visible: key.occupancy.is_some().then_some(visible),
             seen: (part.is_none() && self.savings.gradients).then(|| plan.visible_cells(scene, grid)),
         }
     }
@@ -123,20 +124,21 @@ impl LitField<'_> {
     }
 }
 
-/// Gradients in memory that the ranks of a node share.
+/// Gradients and normals in memory that the ranks of a node share.
 pub(super) struct NodeGradients(NodeMemory);
 
 impl NodeGradients {
-    /// Memory for the gradients of lit fields, which `builder` then leaves out; `None` if there are none, or a node has
-    /// no memory to share. Collective.
+    /// Memory for the gradients of lit fields and the normals of layers, which `builder` then leaves out; `None` if there
+    /// are none, or a node has no memory to share. Collective.
     pub fn allocate(builder: &mut SceneBuilder, node: NodeWork, ranks: &mut Ranks) -> Result<Option<Self>> {
         let context = builder.context;
         if !builder.summary.is_lit() {
             return Ok(None);
         }
-        let count = lit_fields(context.scene).len() * node.max_cells * context.plan.radius.len();
         let packed = builder.is_packed(node.partial_gradients);
-        let memory = ranks.take_node(count * size_of_gradient(packed))?;
+        let gradients = lit_fields(context.scene).len() * context.plan.radius.len() * size_of_gradient(packed);
+        let normals = builder.terrain.normal_keys(&builder.surface_layers(), true).len() * NORMAL;
+        let memory = ranks.take_node(node.max_cells * (gradients + normals))?;
         if memory.is_refused {
             // Each rank takes memory of its own for all of them.
             let processes = ranks.node_size();
@@ -147,8 +149,8 @@ impl NodeGradients {
         Ok(Some(NodeGradients(memory)))
     }
 
-    /// Computes the gradients that the scene of `builder` lacks, each rank those of its turns, and those of halo cells
-    /// at their owners. Collective.
+    /// Computes what the scene of `builder` lacks, each rank that of its turns, and that of halo cells at their owners.
+    /// Collective.
     pub fn compute(
         &mut self,
         builder: &SceneBuilder,
@@ -157,45 +159,58 @@ impl NodeGradients {
         built: &BuiltScene,
     ) -> Result<()> {
         let FrameContext { renderer, grid, fields, part, .. } = *builder.context;
-        let (NodeGradients(memory), joined) = (self, built.joined());
-        let visible = joined.as_ref().unwrap_or(&built.scene.visible[0]);
-        let width = |key: &GradientKey| built.scene.levels.count() * size_of_gradient(key.packed);
+        let (NodeGradients(memory), places) = (self, places(built));
         memory.write(ranks, |put| {
             renderer.run(|| {
-                for (number, key, place) in places(built) {
-                    let lit = builder.lit_field(number, key, visible);
-                    node.turns(grid.cells()).par_bridge().try_for_each_init(
-                        || None,
-                        |memory, cells| {
-                            let at = place.start + cells.start * width(key);
-                            let rows = memory.take().unwrap_or_else(Gradients::none);
-                            let rows = match fields[number].field().samples() {
-                                Reals::F32(data) => builder.gradients_over(data, &lit, cells, rows)?,
-                                Reals::F64(data) => builder.gradients_over(data, &lit, cells, rows)?,
+                for Place { of, start, width } in &places {
+                    let (turns, at) = (node.turns(grid.cells()).par_bridge(), |cell: usize| start + cell * width);
+                    match *of {
+                        Vectors::Gradients(number, key) => {
+                            let lit = builder.lit_field(number, key, &built.scene.visible);
+                            let of_turn = |memory: &mut Option<_>, cells: Range<usize>| {
+                                let at = at(cells.start);
+                                let rows = memory.take().unwrap_or_else(Gradients::none);
+                                let rows = match fields[number].field().samples() {
+                                    Reals::F32(data) => builder.gradients_over(data, &lit, cells, rows)?,
+                                    Reals::F64(data) => builder.gradients_over(data, &lit, cells, rows)?,
+                                };
+                                put(at, rows.bytes());
+                                *memory = Some(rows);
+                                Ok(())
                             };
-                            put(at, rows.bytes());
-                            *memory = Some(rows);
-                            Ok(())
-                        },
-                    )?;
+                            turns.try_for_each_init(|| None, of_turn)?;
+                        }
+                        Vectors::Normals(_, layer) => turns.for_each(|cells| {
+                            let at = at(cells.start);
+                            let normals = builder.terrain.normals(grid, layer, cells, Vec::new());
+                            put(at, bytemuck::cast_slice(&normals));
+                        }),
+                    }
                 }
                 Ok(())
             })
         })?;
         let Some(part) = part else { return Ok(()) };
-        places(built).try_for_each(|(_, key, place)| part.fill_shared_halo(ranks, memory, (place.start, width(key))))
+        places.iter().try_for_each(|place| part.fill_shared_halo(ranks, memory, (place.start, place.width)))
     }
 
-    /// Gives the scene these gradients.
+    /// Gives the scene these gradients and normals.
     pub fn lend<'n>(&'n self, built: &mut BuiltScene<'n>) -> Result<()> {
         let unaligned = || Error::new(ErrorKind::Internal, "gradients in the node's memory are not aligned");
-        let all = places(built).map(|(number, key, place)| {
-            let gradients = Gradients::of_bytes(&self.0.bytes()[place], key.packed);
-            Ok((number, gradients.ok_or_else(unaligned)?))
-        });
-        for (number, gradients) in all.collect::<Result<Vec<_>>>()? {
-            built.scene.sources[number].gradients = gradients.into();
+        let (mut gradients, mut normals) = (Vec::new(), Vec::new());
+        for Place { of, start, width } in places(built) {
+            let bytes = &self.0.bytes()[start..start + built.scene.grid.cells() * width];
+            match of {
+                Vectors::Gradients(number, key) => {
+                    gradients.push((number, Gradients::of_bytes(bytes, key.packed).ok_or_else(unaligned)?));
+                }
+                Vectors::Normals(number, _) => {
+                    normals.push((number, bytemuck::try_cast_slice(bytes).map_err(|_| unaligned())?));
+                }
+            }
         }
+        gradients.into_iter().for_each(|(number, of)| built.scene.sources[number].gradients = of.into());
+        normals.into_iter().for_each(|(number, of)| built.scene.normals[number].1 = Cow::Borrowed(of));
         Ok(())
     }
 
@@ -205,15 +220,39 @@ impl NodeGradients {
     }
 }
 
-/// The number and the key of each lit field, and the place of its gradients.
-fn places<'b>(built: &'b BuiltScene) -> impl Iterator<Item = (usize, &'b GradientKey, Range<usize>)> {
-    let count = built.scene.grid.cells() * built.scene.levels.count();
-    let lit = built.gradient_keys.iter().enumerate().filter_map(|(number, key)| Some((number, key.as_ref()?)));
-    lit.enumerate().map(move |(place, (number, key))| {
-        let bytes = count * size_of_gradient(key.packed);
-        (number, key, place * bytes..(place + 1) * bytes)
-    })
+/// Gradients of a field, by its number, or normals of a layer, with their number in the scene.
+enum Vectors<'b> {
+    Gradients(usize, &'b GradientKey),
+    Normals(usize, usize),
 }
+
+/// Where the vectors of all cells are: bytes before them, and bytes of a cell.
+struct Place<'b> {
+    of: Vectors<'b>,
+    start: usize,
+    width: usize,
+}
+
+/// The places of the gradients of each lit field, and of the normals of each layer.
+fn places<'b>(built: &'b BuiltScene) -> Vec<Place<'b>> {
+    let layers = built.scene.levels.count();
+    let lit = built.gradient_keys.iter().enumerate().filter_map(|(number, key)| {
+        let key = key.as_ref()?;
+        Some((Vectors::Gradients(number, key), layers * size_of_gradient(key.packed)))
+    });
+    let normals = built.normal_keys.iter().enumerate();
+    let normals = normals.map(|(number, key)| (Vectors::Normals(number, key.layer[0]), NORMAL));
+    let mut start = 0;
+    let place = |(of, width)| {
+        let place = Place { of, start, width };
+        start += built.scene.grid.cells() * width;
+        place
+    };
+    lit.chain(normals).map(place).collect()
+}
+
+/// Bytes of a normal.
+const NORMAL: usize = size_of::<[f32; 3]>();
 
 fn size_of_gradient(packed: bool) -> usize {
     if packed { size_of::<u64>() } else { size_of::<[f32; 3]>() }

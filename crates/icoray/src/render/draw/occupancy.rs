@@ -3,7 +3,7 @@
 
 use super::node_work::NodeWork;
 use super::scene_builder::SceneBuilder;
-use crate::plan::{Blocks, MAX_CLEAR, OccupancyTest, SeenBlocks, clear_values};
+use crate::plan::{Blocks, FieldColumns, FieldTest, MAX_CLEAR, OccupancyTest, SeenBlocks, clear_values};
 use crate::ranks::{NodeMemory, PutBytes, Ranks};
 use crate::render::context::FrameContext;
 use crate::render::frame_cache::OccupancyKey;
@@ -23,55 +23,37 @@ pub(super) struct SeenField {
 }
 
 impl<'f> SceneBuilder<'_, 'f> {
-    /// Occupancy of each volume and isosurface, with its key; without a key, all or nothing.
+    /// The blocks that any volume or isosurface needs, with their key; without a key, all or nothing.
     pub(super) fn visible(
         &self,
         media: &[Medium],
         isosurfaces: &[Isosurface],
-    ) -> (Vec<OccupancyKey>, Vec<OccupancyMask<'f>>) {
+    ) -> (Option<OccupancyKey>, OccupancyMask<'f>) {
         let FrameContext { plan, grid, deviations, cache, .. } = *self.context;
-        let layers = plan.radius.len();
+        let (blocks, seen) = (self.blocks(), self.seen_fields(media, isosurfaces));
+        let key = |fields| OccupancyKey { fields, falling: plan.falling, leaps: blocks.leaps };
         if let Some(deviations) = deviations {
-            let leaps = self.leaps();
-            let source = self.context.fields[0].source(grid);
-            let key = OccupancyKey { source, falling: plan.falling, clear: Vec::new(), leaps };
+            let key = key(vec![(self.context.fields[0].source(grid), Vec::new())]);
             let visible = cache.visible.take(&key).unwrap_or_else(|_| {
-                let visible = deviations.visible(grid, layers);
-                if leaps { visible.with_macrocells(grid, layers) } else { visible }
+                let visible = deviations.visible(grid, blocks.layers);
+                if blocks.leaps { visible.with_macrocells(grid, blocks.layers) } else { visible }
             });
-            return (vec![key], vec![visible]);
+            return (Some(key), visible);
         }
         if !self.savings.empty_space {
-            return (Vec::new(), vec![OccupancyMask::default().full(layers)]);
+            return (None, OccupancyMask::default().full(blocks.layers));
         }
-        let seen = self.seen_fields(media, isosurfaces);
         if seen.is_empty() {
-            return (Vec::new(), vec![OccupancyMask::none(grid.triangles(), layers)]);
+            return (None, OccupancyMask::none(grid.triangles(), blocks.layers));
         }
-        let blocks = self.blocks(seen.len());
-        let all =
-            seen.iter().enumerate().map(|(number, seen)| match self.context.fields[seen.source].field().samples() {
-                Reals::F32(data) => self.visible_of(&self.occupancy_test(data, seen, blocks), seen, number),
-                Reals::F64(data) => self.visible_of(&self.occupancy_test(data, seen, blocks), seen, number),
-            });
-        all.unzip()
-    }
-
-    fn visible_of<S: PreparedSample>(
-        &self,
-        test: &OccupancyTest<S>,
-        seen: &SeenField,
-        number: usize,
-    ) -> (OccupancyKey, OccupancyMask<'f>) {
-        let FrameContext { plan, grid, cache, .. } = *self.context;
-        let source = self.context.fields[seen.source].source(grid);
-        let clear = test.clear.iter().map(|range| range.map(|value| value.wide().to_bits())).collect();
-        let key = OccupancyKey { source, falling: plan.falling, clear, leaps: test.blocks.leaps };
+        let tests = self.occupancy_tests(&seen);
+        let sources = seen.iter().map(|seen| self.context.fields[seen.source].source(grid));
+        let key = key(sources.zip(tests.iter().map(|test| test.clear_bits())).collect());
         let visible = match self.node_occupancy {
-            Some(shared) => shared.mask(number, test.blocks),
-            None => cache.visible.take(&key).unwrap_or_else(|memory| test.visible(memory.unwrap_or_default())),
+            Some(shared) => shared.mask(blocks),
+            None => cache.visible.take(&key).unwrap_or_else(|memory| blocks.visible(tests, memory.unwrap_or_default())),
         };
-        (key, visible)
+        (Some(key), visible)
     }
 
     /// What is seen: volumes, then isosurfaces.
@@ -87,18 +69,20 @@ impl<'f> SceneBuilder<'_, 'f> {
         of_media.chain(of_surfaces).collect()
     }
 
-    /// The blocks in which this number of fields is seen. Macrocells of several masks are those of the joined one.
-    fn blocks(&self, fields: usize) -> Blocks<'f> {
+    fn blocks(&self) -> Blocks<'f> {
         let FrameContext { plan, grid, .. } = *self.context;
-        Blocks { grid, layers: plan.radius.len(), leaps: self.leaps() && fields == 1 }
+        Blocks { grid, layers: plan.radius.len(), leaps: self.leaps() }
     }
 
-    fn occupancy_test<'d, S: PreparedSample>(
-        &self,
-        data: &'d [S],
-        seen: &SeenField,
-        blocks: Blocks<'d>,
-    ) -> OccupancyTest<'d, S> {
+    fn occupancy_tests(&self, seen: &[SeenField]) -> Vec<Box<dyn OccupancyTest + '_>> {
+        let test = |seen: &SeenField| match self.context.fields[seen.source].field().samples() {
+            Reals::F32(data) => Box::new(self.field_test(data, seen)) as Box<dyn OccupancyTest>,
+            Reals::F64(data) => Box::new(self.field_test(data, seen)),
+        };
+        seen.iter().map(test).collect()
+    }
+
+    fn field_test<'d, S: PreparedSample>(&'d self, data: &'d [S], seen: &SeenField) -> FieldTest<'d, S> {
         let (range, whole) = (self.range(seen.source), Spans::<f64>::new(&seen.knots));
         let field = self.context.fields[seen.source].field();
         let samples = Samples::new(data, &field, self.context.plan.falling, whole.range());
@@ -107,7 +91,7 @@ impl<'f> SceneBuilder<'_, 'f> {
             Some(_) => clear_values(&Spans::<f32>::new(&seen.knots), &samples, range),
             None => clear_values(&whole, &samples, range),
         };
-        OccupancyTest { blocks, samples, clear }
+        FieldTest { blocks: self.blocks(), samples, clear }
     }
 }
 
@@ -120,80 +104,71 @@ fn spike(value: f64, [low, high]: [f64; 2]) -> Vec<KernelKnot> {
 
 /// Visible blocks in memory that the ranks of a node share.
 pub(super) struct NodeOccupancy {
-    /// For each field that is seen a word per triangle.
+    /// A word per triangle.
     memory: NodeMemory,
     triangles: usize,
-    /// For each of them the number of its visible blocks; `None` if all are.
-    seen: Vec<Option<SeenBlocks>>,
+    /// The number of visible blocks; `None` if all are.
+    seen: Option<SeenBlocks>,
 }
 
 impl NodeOccupancy {
     /// Finds the visible blocks of the frame of `builder`, each rank those of its turns; `None` if it needs none or a
     /// node has no memory to share. Collective.
     pub fn find(builder: &SceneBuilder, node: NodeWork, ranks: &mut Ranks) -> Result<Option<Self>> {
-        let FrameContext { renderer, grid, fields, .. } = *builder.context;
+        let FrameContext { renderer, grid, .. } = *builder.context;
         let mut parts = builder.clone();
         let (media, isosurfaces) = (parts.media(), parts.isosurfaces());
-        let all = builder.seen_fields(&media, &isosurfaces);
-        if all.is_empty() || !node.finds_blocks {
+        let mut tests = builder.occupancy_tests(&builder.seen_fields(&media, &isosurfaces));
+        if tests.is_empty() || !node.finds_blocks {
             return Ok(None);
         }
-        let blocks = builder.blocks(all.len());
         let (cells, triangles, word) = (grid.cells(), grid.triangles(), size_of::<u32>());
-        let mut columns = ranks.take_node(all.len() * MAX_CLEAR * word * node.max_cells)?;
-        let mut memory = ranks.take_node(all.len() * word * node.max_triangles)?;
+        let mut columns = ranks.take_node(tests.len() * MAX_CLEAR * word * node.max_cells)?;
+        let mut memory = ranks.take_node(word * node.max_triangles)?;
         if columns.is_refused || memory.is_refused {
             return Ok(None);
         }
-        let mut ranges = Vec::with_capacity(all.len());
+        let mut ranges = Vec::with_capacity(tests.len());
         let place_of = |number: usize| number * MAX_CLEAR * word * cells;
         columns.write(ranks, |put| {
             renderer.run(|| {
-                for (number, seen) in all.iter().enumerate() {
+                for (number, test) in tests.iter_mut().enumerate() {
                     let put = &|at: usize, bytes: &[u8]| put(place_of(number) + at, bytes);
-                    ranges.push(match fields[seen.source].field().samples() {
-                        Reals::F32(data) => put_columns(&builder.occupancy_test(data, seen, blocks), node, put),
-                        Reals::F64(data) => put_columns(&builder.occupancy_test(data, seen, blocks), node, put),
-                    });
+                    ranges.push(put_columns(&mut **test, cells, node, put));
                 }
             });
             Ok(())
         })?;
-        let mut seen = vec![SeenBlocks::default(); all.len()];
+        let blocks = builder.blocks();
+        let mut seen = (!ranges.contains(&0)).then(SeenBlocks::default);
         memory.write(ranks, |put| {
-            renderer.run(|| {
-                for (number, ranges) in ranges.iter().enumerate().filter(|(_, ranges)| **ranges > 0) {
-                    let columns = bytemuck::cast_slice(&columns.bytes()[place_of(number)..][..cells * ranges * word]);
-                    let of_turn = |words: &mut Vec<u32>, turn: Range<usize>| {
-                        words.resize(turn.len(), 0);
-                        let seen = blocks.find(*ranges, columns, turn.start, words);
-                        put((number * triangles + turn.start) * word, bytemuck::cast_slice(words));
-                        seen
-                    };
-                    let of_turns = node.turns(triangles).par_bridge().map_init(Vec::new, of_turn);
-                    seen[number] = of_turns.reduce(SeenBlocks::default, SeenBlocks::and);
-                }
-            });
+            let field = |(number, ranges): (usize, &usize)| {
+                let words = &columns.bytes()[place_of(number)..][..cells * ranges * word];
+                FieldColumns { ranges: *ranges, words: bytemuck::cast_slice(words) }
+            };
+            let fields: Vec<_> = ranges.iter().enumerate().map(field).collect();
+            let of_turn = |words: &mut Vec<u32>, turn: Range<usize>| {
+                words.resize(turn.len(), 0);
+                let seen = blocks.find(&fields, turn.start, words);
+                put(turn.start * word, bytemuck::cast_slice(words));
+                seen
+            };
+            if let Some(seen) = &mut seen {
+                let of_turns = || node.turns(triangles).par_bridge().map_init(Vec::new, of_turn);
+                *seen = renderer.run(|| of_turns().reduce(SeenBlocks::default, SeenBlocks::and));
+            }
             Ok(())
         })?;
         ranks.keep_node(columns);
-        let sums = |mut a: Vec<SeenBlocks>, b: Vec<SeenBlocks>| {
-            a.iter_mut().zip(b).for_each(|(a, b)| *a = a.and(b));
-            a
-        };
-        let seen = node.sum(ranks, &seen, sums)?;
-        let seen = seen.into_iter().zip(ranges).map(|(seen, ranges)| (ranges > 0).then_some(seen)).collect();
+        let seen = seen.map(|seen| node.sum(ranks, &seen, SeenBlocks::and)).transpose()?;
         Ok(Some(NodeOccupancy { memory, triangles, seen }))
     }
 
-    /// The mask of the field that is seen with this number.
-    fn mask(&self, number: usize, blocks: Blocks) -> OccupancyMask<'_> {
-        let words: &[u32] = match self.seen[number] {
-            Some(_) => &bytemuck::cast_slice(self.memory.bytes())[number * self.triangles..][..self.triangles],
-            None => &[],
-        };
-        let mask = OccupancyMask { blocks: words.into(), ..OccupancyMask::default().full(blocks.layers) };
-        self.seen[number].iter().fold(mask, |mask, seen| blocks.mask(mask, *seen))
+    fn mask(&self, blocks: Blocks) -> OccupancyMask<'_> {
+        let all = OccupancyMask::default().full(blocks.layers);
+        let Some(seen) = self.seen else { return all };
+        let words: &[u32] = &bytemuck::cast_slice(self.memory.bytes())[..self.triangles];
+        blocks.mask(OccupancyMask { blocks: words.into(), ..all }, seen)
     }
 
     /// Returns the memory for the next frame.
@@ -203,15 +178,15 @@ impl NodeOccupancy {
 }
 
 /// Puts the words of the cells of this rank's turns, and returns their number for each cell.
-fn put_columns<S: PreparedSample>(test: &OccupancyTest<S>, node: NodeWork, put: PutBytes) -> usize {
-    let clear = test.frequent();
-    if !clear.is_empty() {
-        let turns = node.turns(test.blocks.grid.cells()).par_bridge();
+fn put_columns(test: &mut dyn OccupancyTest, cells: usize, node: NodeWork, put: PutBytes) -> usize {
+    let count = test.keep_frequent();
+    if count > 0 {
+        let (test, turns) = (&*test, node.turns(cells).par_bridge());
         turns.for_each_init(Vec::new, |words, turn| {
-            words.resize(clear.len() * turn.len(), 0u32);
-            test.find_columns(&clear, turn.start, words);
-            put(clear.len() * turn.start * size_of::<u32>(), bytemuck::cast_slice(words));
+            words.resize(count * turn.len(), 0u32);
+            test.find_columns(turn.start, words);
+            put(count * turn.start * size_of::<u32>(), bytemuck::cast_slice(words));
         });
     }
-    clear.len()
+    count
 }

@@ -10,10 +10,10 @@ use crate::render::frame_cache::{FrameCache, GradientKey, NormalKey, OccupancyKe
 use crate::render::lazy::Lazy;
 use crate::render::prepare::FieldSummary;
 use fearless_simd::Level as VectorLevel;
+use icoray_grid::Result;
 use icoray_grid::gradient::{Gradients, PartialGradients};
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::real::Real;
-use icoray_grid::{Grid, Result};
 use icoray_kernel::PacketScene;
 use icoray_kernel::general::{
     Clips, FieldSource, Isosurface, KernelScene, Levels, Material, Medium, SurfaceHeight, SurfaceLayer, TransferMap,
@@ -29,57 +29,43 @@ pub(in crate::render) struct BuiltScene<'f> {
     pub scene: KernelScene<'f>,
     /// The scene for packets of rays, and the vector instructions, if it is traced in packets.
     pub packets: Option<(VectorLevel, PacketScene<'f>)>,
-    occupancy_keys: Vec<OccupancyKey>,
+    occupancy_key: Option<OccupancyKey>,
     pub gradient_keys: Vec<Option<GradientKey>>,
-    normal_keys: Vec<NormalKey>,
+    pub normal_keys: Vec<NormalKey>,
 }
 
 impl BuiltScene<'_> {
     /// Bytes of gradients and visible blocks; also of those in the node's memory if this rank reports them.
     pub fn bytes(&self, reports_shared: bool) -> usize {
         let KernelScene { sources, visible, .. } = &self.scene;
-        let own = sources.iter().map(|source| source.gradients.own_bytes()).sum::<usize>()
-            + visible.iter().map(OccupancyMask::own_bytes).sum::<usize>();
+        let own = sources.iter().map(|source| source.gradients.own_bytes()).sum::<usize>() + visible.own_bytes();
         if !reports_shared {
             return own;
         }
         let gradients = sources.iter().map(|source| source.gradients.values());
-        let blocks = visible.iter().filter(|mask| matches!(mask.blocks, Cow::Borrowed(_)));
-        own + gradients.map(|gradients| gradients.bytes().len() - gradients.own_bytes()).sum::<usize>()
-            + blocks.map(|mask| size_of_val(&*mask.blocks)).sum::<usize>()
-    }
-
-    /// The blocks that any volume or isosurface needs, if they are not those of the only mask.
-    pub fn joined(&self) -> Option<OccupancyMask<'static>> {
-        joined(&self.scene.visible, self.scene.grid, self.scene.levels.count())
+        let blocks = if let Cow::Borrowed(blocks) = visible.blocks { size_of_val(blocks) } else { 0 };
+        own + blocks + gradients.map(|gradients| gradients.bytes().len() - gradients.own_bytes()).sum::<usize>()
     }
 
     /// Receives gradients and normals at the cells of a part's halo from other ranks. Collective.
     pub fn fill_halos(&mut self, ranks: &mut Ranks, part: &Part) -> Result<()> {
-        self.fill_gradients(ranks, part)?;
-        self.fill_normals(ranks, part)
-    }
-
-    fn fill_gradients(&mut self, ranks: &mut Ranks, part: &Part) -> Result<()> {
-        let KernelScene { levels, sources, .. } = &mut self.scene;
+        let KernelScene { levels, sources, normals, .. } = &mut self.scene;
         let lit = sources.iter_mut().zip(&self.gradient_keys).filter(|(_, key)| key.is_some());
         lit.map(|(source, _)| source.gradients.values_mut().whole_mut())
-            .try_for_each(|all| part.fill_halo(ranks, all, levels.count()))
-    }
-
-    /// Receives normals at the cells of a part's halo from other ranks. Collective.
-    pub fn fill_normals(&mut self, ranks: &mut Ranks, part: &Part) -> Result<()> {
-        self.scene.normals.iter_mut().try_for_each(|(_, normals)| part.fill_halo(ranks, normals, 1))
+            .try_for_each(|all| part.fill_halo(ranks, all, levels.count()))?;
+        normals.iter_mut().try_for_each(|(_, normals)| part.fill_halo(ranks, normals.to_mut(), 1))
     }
 
     /// Stores gradients, visible blocks and normals for the next frame.
     pub fn keep(self, cache: &FrameCache) {
         let KernelScene { sources, visible, normals, .. } = self.scene;
         for (key, (_, normals)) in self.normal_keys.into_iter().zip(normals) {
-            cache.normals.store(key, normals);
+            if let Cow::Owned(own) = normals {
+                cache.normals.store(key, own);
+            }
         }
-        for (key, visible) in self.occupancy_keys.into_iter().zip(visible) {
-            visible.into_own().into_iter().for_each(|own| cache.visible.store(key.clone(), own));
+        if let (Some(key), Some(own)) = (self.occupancy_key, visible.into_own()) {
+            cache.visible.store(key, own);
         }
         for (key, source) in self.gradient_keys.into_iter().zip(sources) {
             if let (Some(key), Some(own)) = (key, source.gradients.into_own()) {
@@ -107,7 +93,7 @@ pub(super) struct SceneBuilder<'p, 'f> {
     pub savings: Savings,
     /// Whether gradients are in visible blocks only and may be packed: no other rank or device reads them.
     pub partial_gradients: bool,
-    /// Whether the scene is built with its gradients.
+    /// Whether the scene is built with its gradients and normals.
     has_gradients: bool,
     /// The visible blocks that the ranks of the node have found together.
     pub node_occupancy: Option<&'f NodeOccupancy>,
@@ -129,7 +115,8 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         }
     }
 
-    /// Leaves out gradients, which the ranks of a node compute together: in visible blocks only if `partial`.
+    /// Leaves out gradients and normals, which the ranks of a node compute together: gradients in visible blocks only if
+    /// `partial`.
     pub fn leave_out_gradients(&mut self, partial: bool) {
         (self.partial_gradients, self.has_gradients) = (partial, false);
     }
@@ -144,18 +131,17 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         let FrameContext { scene, plan, grid, .. } = *self.context;
         let (media, isosurfaces) = (self.media(), self.isosurfaces());
         let surface_layers = self.surface_layers();
-        let (occupancy_keys, visible) = self.visible(&media, &isosurfaces);
-        let (sources, gradient_keys) = self.sources(&media, &isosurfaces, &occupancy_keys, &visible)?;
-        let normals = self.terrain.normals(self.context, &surface_layers, self.summary.is_lit());
-        let (normal_keys, normals): (Vec<NormalKey>, Vec<_>) = normals.into_iter().unzip();
-        let normals = normal_keys.iter().map(|key| key.layer[0]).zip(normals).collect();
+        let (occupancy_key, visible) = self.visible(&media, &isosurfaces);
+        let (sources, gradient_keys) = self.sources(&media, &isosurfaces, occupancy_key.as_ref(), &visible)?;
+        let normal_keys = self.terrain.normal_keys(&surface_layers, self.summary.is_lit());
+        let normals = normal_keys.iter().map(|key| (key.layer[0], self.normals(key))).collect();
         let Terrain { levels, core_radius, outer, .. } = self.terrain;
         // Everything above the highest visible layer is invisible.
         let tops = surface_layers.iter().map(|surface| match surface.place {
             SurfaceHeight::Layer(layer) => layer,
             SurfaceHeight::Radius(radius) => self.gap_at(radius),
         });
-        let top = visible.iter().map(|visible| visible.top).chain(tops).max().unwrap_or(0);
+        let top = tops.fold(visible.top, usize::max);
         let seen = match levels {
             Levels::Concentric(_) if self.savings.layers => plan.radius[top.clamp(1, plan.radius.len() - 1)],
             _ => *outer,
@@ -177,7 +163,18 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
             outer: seen * (1.0 + 1e-9),
         };
         let packets = self.packets(&scene)?;
-        Ok(BuiltScene { scene, packets, occupancy_keys, gradient_keys, normal_keys })
+        Ok(BuiltScene { scene, packets, occupancy_key, gradient_keys, normal_keys })
+    }
+
+    /// The normals of a layer, unless the ranks of the node compute them together.
+    fn normals(&self, key: &NormalKey) -> Cow<'f, [[f32; 3]]> {
+        if !self.has_gradients {
+            return Cow::Borrowed(&[]);
+        }
+        let FrameContext { grid, cache, .. } = *self.context;
+        let compute =
+            |memory: Option<_>| self.terrain.normals(grid, key.layer[0], 0..grid.cells(), memory.unwrap_or_default());
+        cache.normals.take(key).unwrap_or_else(compute).into()
     }
 
     /// The machine's vector instructions, if rays are in single precision.
@@ -252,7 +249,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
     }
 
     /// Surfaces and lines by level, in the order in which the scene names levels.
-    fn surface_layers(&self) -> Vec<SurfaceLayer> {
+    pub(super) fn surface_layers(&self) -> Vec<SurfaceLayer> {
         let FrameContext { scene, plan, .. } = *self.context;
         let scenery = &scene.scenery;
         surface_levels(scenery)
@@ -306,12 +303,10 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         &mut self,
         media: &[Medium],
         isosurfaces: &[Isosurface],
-        keys: &[OccupancyKey],
-        visible: &[OccupancyMask],
+        occupancy: Option<&OccupancyKey>,
+        visible: &OccupancyMask,
     ) -> Result<(Vec<FieldSource<'f>>, Vec<Option<GradientKey>>)> {
-        let FrameContext { scene, plan, grid, .. } = *self.context;
-        let joined = joined(visible, grid, plan.radius.len());
-        let visible = joined.as_ref().unwrap_or(&visible[0]);
+        let FrameContext { scene, plan, .. } = *self.context;
         // The values of a single volume without surfaces may be as large as any.
         let largest = if scene.has_volume_alone() { f64::MAX } else { f64::LARGEST };
         let (mut sources, mut gradient_keys) = (Vec::new(), Vec::new());
@@ -322,7 +317,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
             cuts.dedup();
             let is_seen = media.iter().any(|medium| medium.extinction.source == number)
                 || isosurfaces.iter().any(|surface| surface.source == number);
-            let key = (is_seen && self.summary.is_lit()).then(|| self.gradient_key(number, &cuts, keys));
+            let key = (is_seen && self.summary.is_lit()).then(|| self.gradient_key(number, &cuts, occupancy));
             let gradients = match &key {
                 Some(key) if self.has_gradients => self.gradients(number, key, visible)?,
                 _ => PartialGradients::none(),
@@ -333,11 +328,6 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         }
         Ok((sources, gradient_keys))
     }
-}
-
-/// The blocks of any of these masks, if there is more than one.
-fn joined(all: &[OccupancyMask], grid: &Grid, layers: usize) -> Option<OccupancyMask<'static>> {
-    (all.len() > 1).then(|| OccupancyMask::joined(all, grid, layers, 0))
 }
 
 /// The volumes of which anything can be visible, with their numbers.

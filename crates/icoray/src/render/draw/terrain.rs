@@ -4,9 +4,10 @@ use crate::ranges::around;
 use crate::ranks::Ranks;
 use crate::render::context::FrameContext;
 use crate::render::frame_cache::{self, NormalKey};
-use icoray_grid::{Result, gradient, heights};
+use icoray_grid::{Grid, Result, gradient, heights};
 use icoray_kernel::general::{Levels, SurfaceHeight, SurfaceLayer};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Positions of layers, and their extent inwards and outwards.
 pub(super) struct Terrain<'f> {
@@ -50,14 +51,8 @@ impl<'f> Terrain<'f> {
 }
 
 impl Terrain<'_> {
-    /// Normals of the ground and of the layers of sheets, if these are not spheres and are lit.
-    pub fn normals(
-        &self,
-        context: &FrameContext,
-        surface_layers: &[SurfaceLayer],
-        is_lit: bool,
-    ) -> Vec<(NormalKey, Vec<[f32; 3]>)> {
-        let grid = context.grid;
+    /// The keys of the normals of the ground and of the layers of sheets, if these are not spheres and are lit.
+    pub fn normal_keys(&self, surface_layers: &[SurfaceLayer], is_lit: bool) -> Vec<NormalKey> {
         let (Levels::Native(heights), Some(key), true) = (&self.levels, &self.key, is_lit) else {
             return Vec::new();
         };
@@ -68,13 +63,14 @@ impl Terrain<'_> {
         }));
         layers.sort_unstable();
         layers.dedup();
-        let of_layer = |layer: usize| {
-            let key = NormalKey { heights: key.clone(), layer: [layer, heights.layers()] };
-            let compute =
-                |memory: Option<_>| gradient::native::normals(grid, heights, layer, memory.unwrap_or_default());
-            let normals = context.cache.normals.take(&key).unwrap_or_else(compute);
-            (key, normals)
-        };
-        layers.into_iter().map(of_layer).collect()
+        layers.into_iter().map(|layer| NormalKey { heights: key.clone(), layer: [layer, heights.layers()] }).collect()
+    }
+
+    /// The normals of a layer over some cells; none of spheres.
+    pub fn normals(&self, grid: &Grid, layer: usize, cells: Range<usize>, memory: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
+        match &self.levels {
+            Levels::Native(heights) => gradient::native::normals(grid, heights, layer, cells, memory),
+            Levels::Concentric(_) => Vec::new(),
+        }
     }
 }
