@@ -15,9 +15,19 @@ const LAYERS: usize = HEIGHT_M.len();
 
 /// What ranks of a node each draw of their rows.
 fn draw(spread: &Spread, mesh: &IcosahedralMesh, scene: &Scene, location: Location) -> (Frame, Vec<FrameReport>) {
-    let values = waves(mesh, location, LAYERS);
     let nodes: Vec<usize> = (0..spread.parts.len()).collect();
-    spread.draw(&nodes, scene, &earth_layers(), |rank| {
+    draw_on(&nodes, spread, scene, location, &waves(mesh, location, LAYERS))
+}
+
+/// What ranks of these nodes draw of values of the whole mesh.
+fn draw_on(
+    nodes: &[usize],
+    spread: &Spread,
+    scene: &Scene,
+    location: Location,
+    values: &[f64],
+) -> (Frame, Vec<FrameReport>) {
+    spread.draw(nodes, scene, &earth_layers(), |rank| {
         let Rows { rows, global, .. } =
             if location == Location::Center { &spread.cells[rank] } else { &spread.corners[rank] };
         // Columns without a number are no cells.
@@ -124,6 +134,27 @@ fn ranks_may_have_renderers_of_different_savings() {
         let off = difference(&picture(drawn).0, &expected);
         assert!(off <= 1e-3, "{nodes:?}, {odd:?}: {off:e}");
     }
+}
+
+/// All of one node is visible, where no mask is needed, and little of the other.
+#[test]
+fn nodes_may_differ_in_what_is_visible() {
+    let mesh = IcosahedralMesh::new(4).unwrap();
+    let transfer = "map = \"viridis\"\nrange = [-1, 1]\nopacity = [[-1, 0.5], [-0.2, 0], [1, 0]]";
+    let scene = crate::common::scene(FAR, transfer, "antialias = false\nexaggeration = 60\ntolerance = 1e-4");
+    // The north and its halo are visible, the south hardly.
+    let (lon, lat) = (&mesh.lon_center_rad, &mesh.lat_center_rad);
+    let owner: Vec<usize> =
+        lon.iter().zip(lat).map(|(lon, lat)| usize::from(lon.sin() > 0.0) + if *lat > 0.0 { 0 } else { 2 }).collect();
+    let value = |i: usize| if lat[i / LAYERS] > -0.3 { -0.5 } else { 0.5 - (i % 97) as f64 / 100.0 };
+    let values: Vec<f64> = (0..mesh.cells() * LAYERS).map(value).collect();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let field = level_fastest(&values, LAYERS, Location::Center);
+    let expected = Renderer::new(1).unwrap().render(&scene, &grid, &earth_layers(), &field).unwrap();
+    let spread = Spread::new(&mesh, 4, &owner);
+    let (frame, _) = draw_on(&[0, 0, 1, 1], &spread, &scene, Location::Center, &values);
+    let off = difference(&frame, &expected);
+    assert!(off <= 2e-4, "{off:e}");
 }
 
 /// Copies of halo cells, of which NICAM has several for a cell.

@@ -140,7 +140,7 @@ impl NodeOccupancy {
             Ok(())
         })?;
         let blocks = builder.blocks();
-        let mut seen = (!ranges.contains(&0)).then(SeenBlocks::default);
+        let (is_full, mut seen) = (ranges.contains(&0), SeenBlocks::default());
         memory.write(ranks, |put| {
             let field = |(number, ranges): (usize, &usize)| {
                 let words = &columns.bytes()[place_of(number)..][..cells * ranges * word];
@@ -153,15 +153,16 @@ impl NodeOccupancy {
                 put(turn.start * word, bytemuck::cast_slice(words));
                 seen
             };
-            if let Some(seen) = &mut seen {
+            if !is_full {
                 let of_turns = || node.turns(triangles).par_bridge().map_init(Vec::new, of_turn);
-                *seen = renderer.run(|| of_turns().reduce(SeenBlocks::default, SeenBlocks::and));
+                seen = renderer.run(|| of_turns().reduce(SeenBlocks::default, SeenBlocks::and));
             }
             Ok(())
         })?;
         ranks.keep_node(columns);
-        let seen = seen.map(|seen| node.sum(ranks, &seen, SeenBlocks::and)).transpose()?;
-        Ok(Some(NodeOccupancy { memory, triangles, seen }))
+        // Also on nodes of which all is visible, as all ranks make the same calls.
+        let seen = node.sum(ranks, &seen, SeenBlocks::and)?;
+        Ok(Some(NodeOccupancy { memory, triangles, seen: (!is_full).then_some(seen) }))
     }
 
     fn mask(&self, blocks: Blocks) -> OccupancyMask<'_> {
