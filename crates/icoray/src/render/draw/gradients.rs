@@ -1,5 +1,6 @@
-//! Gradients of the lit fields of a frame, and normals of its layers. A rank computes those that its rays need, and keeps them between frames;
-//! ranks that read the same fields in a node's memory compute them together, each those of some cells.
+//! Gradients of the lit fields of a frame, and normals of its layers. A rank computes those that its rays need, and keeps
+//! them between frames; ranks that read the same fields in a node's memory compute them together, each those of some
+//! cells.
 
 use super::node_work::NodeWork;
 use super::scene_builder::{BuiltScene, SceneBuilder};
